@@ -1,0 +1,1 @@
+from .attach import *

@@ -1,0 +1,146 @@
+"""Motions given in time: ramps of speed and tables of it.
+
+A motion is written as its position alone, in rad for a spin; speed and acceleration follow by exact
+differentiation, so the three can never disagree.
+"""
+
+import abc
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..parameter import parameter
+
+Scalar = Float[Array, ""]
+
+
+class AbstractMotion(eqx.Module):
+    """A coordinate as a function of time. To write your own, give `position` and `jumps`."""
+
+    @abc.abstractmethod
+    def position(self, t: Scalar) -> Scalar:
+        """The coordinate at time t; rad for a spin, m for a displacement."""
+
+    @abc.abstractmethod
+    def jumps(self) -> Float[Array, " n"]:
+        """Instants at which the acceleration jumps, s; `jnp.zeros(0)` where there are none."""
+
+
+def differentiate(position, t: Scalar) -> tuple[Array, Array, Array]:
+    """`position(t)` with its first and second derivative."""
+    one = jnp.ones_like(t)
+
+    def rate(s):
+        return jax.jvp(position, (s,), (one,))
+
+    (p, v), (_, a) = jax.jvp(rate, (t,), (one,))
+    return p, v, a
+
+
+class ConstantSpeed(AbstractMotion):
+    """`speed` (rad/s) from the beginning."""
+
+    speed: Scalar = parameter("rad/s")
+
+    def position(self, t: Scalar) -> Scalar:
+        return self.speed * t
+
+    def jumps(self) -> Float[Array, " n"]:
+        return jnp.zeros(0)
+
+
+class CosineRamp(AbstractMotion):
+    """From rest to `speed` (rad/s) in `duration` (s): `w = speed/2 (1 - cos(pi t/duration))`.
+
+    Speed and acceleration are continuous. Source: Matyja & Łazarz 2014.
+    """
+
+    speed: Scalar = parameter("rad/s")
+    duration: Scalar = parameter("s", positive=True)
+
+    def position(self, t: Scalar) -> Scalar:
+        s = jnp.clip(t / self.duration, 0.0, 1.0)
+        ramp = 0.5 * self.speed * self.duration * (s - jnp.sin(jnp.pi * s) / jnp.pi)
+        return ramp + self.speed * jnp.maximum(t - self.duration, 0.0)
+
+    def jumps(self) -> Float[Array, " n"]:
+        return jnp.zeros(0)
+
+
+class LinearRamp(AbstractMotion):
+    """From `start` to `speed` (rad/s) at constant acceleration in `duration` (s)."""
+
+    speed: Scalar = parameter("rad/s")
+    duration: Scalar = parameter("s", positive=True)
+    start: Scalar = parameter("rad/s", default=0.0)
+
+    def position(self, t: Scalar) -> Scalar:
+        inside = jnp.clip(t, 0.0, self.duration)
+        rate = (self.speed - self.start) / self.duration
+        ramp = self.start * inside + 0.5 * rate * inside**2
+        return (
+            ramp
+            + self.start * jnp.minimum(t, 0.0)
+            + self.speed * jnp.maximum(t - self.duration, 0.0)
+        )
+
+    def jumps(self) -> Float[Array, " n"]:
+        return jnp.stack([jnp.zeros_like(self.duration), self.duration])
+
+
+class SpeedTable(AbstractMotion):
+    """Speed given at instants, joined by a monotone cubic (Fritsch-Carlson), constant outside.
+
+    `times` (s) increase strictly; `speeds` in rad/s. The acceleration is continuous inside, so a
+    table of many rows costs no restarts. Source: Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5
+    (1984) 300, the three-point formula for the slopes.
+    """
+
+    times: Float[Array, " n"] = parameter("s", shapes=((None,),))
+    speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
+
+    def faults(self):
+        if self.times.shape != self.speeds.shape or self.times.shape[0] < 2:
+            yield (
+                f"times and speeds must be equally long, two rows at least, but have "
+                f"{self.times.shape[0]} and {self.speeds.shape[0]} rows"
+            )
+        elif not bool(jnp.all(jnp.diff(self.times) > 0)):
+            row = int(jnp.argmin(jnp.diff(self.times)))
+            yield (
+                f"times must increase, but row {row + 2} has {float(self.times[row + 1]):g} s "
+                f"after {float(self.times[row]):g} s"
+            )
+
+    def _slopes(self) -> Float[Array, " n"]:
+        h = jnp.diff(self.times)
+        d = jnp.diff(self.speeds) / h
+        # weighted harmonic mean where neighbours agree in sign, else flat
+        w = (h[:-1] + 2 * h[1:]) / (3 * (h[:-1] + h[1:]))
+        same = d[:-1] * d[1:] > 0
+        bottom = jnp.where(same, w * d[1:] + (1 - w) * d[:-1], 1.0)
+        inner = jnp.where(same, d[:-1] * d[1:] / bottom, 0.0)
+        zero = jnp.zeros(1)
+        return jnp.concatenate([zero, inner, zero])
+
+    def position(self, t: Scalar) -> Scalar:
+        x, y, m = self.times, self.speeds, self._slopes()
+        h = jnp.diff(x)
+        areas = h * (y[:-1] + y[1:]) / 2 + h**2 * (m[:-1] - m[1:]) / 12
+        before = jnp.concatenate([jnp.zeros(1), jnp.cumsum(areas)])
+        inside = jnp.clip(t, x[0], x[-1])
+        i = jnp.clip(jnp.searchsorted(x, jax.lax.stop_gradient(inside), side="right") - 1, 0, h.size - 1)
+        s = (inside - x[i]) / h[i]
+        value = (
+            y[i] * (s - s**3 + s**4 / 2)
+            + y[i + 1] * (s**3 - s**4 / 2)
+            + h[i] * m[i] * (s**2 / 2 - 2 * s**3 / 3 + s**4 / 4)
+            + h[i] * m[i + 1] * (s**4 / 4 - s**3 / 3)
+        )
+        outside = y[0] * jnp.minimum(t - x[0], 0.0) + y[-1] * jnp.maximum(t - x[-1], 0.0)
+        return before[i] + h[i] * value + outside + y[0] * x[0]
+
+    def jumps(self) -> Float[Array, " n"]:
+        return jnp.zeros(0)

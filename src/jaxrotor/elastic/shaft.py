@@ -1,0 +1,233 @@
+"""The shaft section of the paper: elastic and damping, without inertia of its own."""
+
+from typing import ClassVar, Literal, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..parameter import parameter
+from ..protocol import AbstractElastic, Energetic, Linear, Motion, Signalling, Vec6
+from .beam import beam_mass, beam_stiffness
+
+
+class Material(eqx.Module):
+    """An isotropic elastic material; SI. Plain floats may be given: elements convert them."""
+
+    youngs_modulus: Float[Array, ""] | float
+    shear_modulus: Float[Array, ""] | float
+    density: Float[Array, ""] | float
+
+
+# The paper gives no figures: these are ours.
+STEEL = Material(youngs_modulus=2.1e11, shear_modulus=8.1e10, density=7850.0)
+
+
+class ShaftMaterial(eqx.Module):
+    """A material inside an element: its figures are parameters."""
+
+    youngs_modulus: Float[Array, ""] = parameter("Pa", positive=True)
+    shear_modulus: Float[Array, ""] = parameter("Pa", positive=True)
+    density: Float[Array, ""] = parameter("kg/m^3", positive=True)
+
+
+def _as_parameters(material):
+    if isinstance(material, Material):
+        return ShaftMaterial(material.youngs_modulus, material.shear_modulus, material.density)
+    return material
+
+
+class Half(NamedTuple):
+    """Half of a section, as a bearing takes it: mass (kg), length (m), ro² + ri² (m²)."""
+
+    mass: Array
+    length: Array
+    radii_squared: Array
+
+
+class Shaft(AbstractElastic, Linear, Energetic, Signalling):
+    """A uniform shaft section between two stations: a Bernoulli beam in both planes, a rod in
+    tension and torsion, with Rayleigh damping `C = alpha M + beta K`.
+
+    **Arguments:**
+
+    - `length`, `diameter`, `inner_diameter`: m.
+    - `material`: see `STEEL`.
+    - `rayleigh`: `(alpha, beta)` in 1/s and s. M is the section's consistent mass, used for damping
+      alone: the section itself has no inertia (bearings take up half of it, see
+      `SelfAligningBearing`).
+    - `damping`: `"fixed"`, the paper's, dissipates at any speed. `"rotating"` lets the `beta K` part
+      act in the shaft's own frame, `F = -beta K (v - W×q)`, as internal damping does: beyond
+      `w0 (1 + external/internal)` it destabilises, fed by the drive through its reaction on phi.
+    - `twist`: `"invariant"` measures twist by `chi = phi + psi theta/2`, so that turning an
+      isotropic machine about z changes nothing; `"paper"` by phi alone, the published law.
+
+    Signs: dx/dz = +theta, dy/dz = -psi. Sources: Matyja & Łazarz 2014 (section, damping);
+    `docs/physics.md` (invariant twist, rotating damping).
+    """
+
+    length: Float[Array, ""] = parameter("m", positive=True)
+    diameter: Float[Array, ""] = parameter("m", positive=True)
+    inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
+    material: ShaftMaterial = eqx.field(converter=_as_parameters, default=STEEL)
+    rayleigh: Float[Array, "2"] = parameter(
+        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), label="alpha in 1/s, beta in s"
+    )
+    damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
+    twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
+
+    signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
+
+    def faults(self):
+        if float(self.inner_diameter) >= float(self.diameter):
+            yield (
+                f"inner_diameter must be smaller than the diameter, but is "
+                f"{float(self.inner_diameter):g} against {float(self.diameter):g} m"
+            )
+
+    def _section(self) -> tuple[Array, Array]:
+        """Area (m²) and second moment of area (m⁴; the polar one is twice that)."""
+        do, di = self.diameter, self.inner_diameter
+        return jnp.pi / 4 * (do**2 - di**2), jnp.pi / 64 * (do**4 - di**4)
+
+    def half(self) -> Half:
+        """What a bearing at one end lumps to itself."""
+        area, _ = self._section()
+        length = self.length / 2
+        squares = (self.diameter**2 + self.inner_diameter**2) / 4
+        return Half(self.material.density * area * length, length, squares)
+
+    def _stiffness(self) -> Float[Array, "12 12"]:
+        area, moment = self._section()
+        m = self.material
+        return beam_stiffness(
+            self.length,
+            m.youngs_modulus * moment,
+            m.youngs_modulus * area,
+            m.shear_modulus * 2 * moment,
+        )
+
+    def matrices(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"]]:
+        area, moment = self._section()
+        rho = self.material.density
+        K = self._stiffness()
+        M = beam_mass(self.length, rho * area, rho * 2 * moment)
+        alpha, beta = self.rayleigh
+        return K, alpha * M + beta * K
+
+    def _torsion(self) -> Array:
+        _, moment = self._section()
+        return self.material.shear_modulus * 2 * moment / self.length
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
+        parts = []
+        if self.twist == "invariant":
+            parts.append(self._twist_forces(motions))
+        if self.damping == "rotating":
+            parts.append(self._circulatory_forces(motions))
+        if not parts:
+            return None
+        return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
+
+    def _twist_forces(self, motions: tuple[Motion, ...]) -> tuple[Vec6, ...]:
+        """The invariant law less the linear one that `matrices` holds."""
+        (qa, va), (qb, vb) = motions
+        k = self._torsion()
+        c = self.rayleigh[1] * k
+        tilt = 0.5 * (qb[3] * qb[4] - qa[3] * qa[4])
+        tilt_t = 0.5 * (vb[3] * qb[4] + qb[3] * vb[4] - va[3] * qa[4] - qa[3] * va[4])
+        extra = k * tilt + c * tilt_t
+        torque = k * (qb[5] - qa[5]) + c * (vb[5] - va[5]) + extra
+        zero = jnp.zeros_like(extra)
+        on_a = jnp.stack([zero, zero, zero, torque * qa[4] / 2, torque * qa[3] / 2, extra])
+        on_b = jnp.stack([zero, zero, zero, torque * qb[4] / 2, torque * qb[3] / 2, extra])
+        return on_a, -on_b
+
+    def _circulatory_forces(self, motions: tuple[Motion, ...]) -> tuple[Vec6, ...]:
+        """`beta K (W×q)`, and on phi the reaction of the whole rotating damping force."""
+        q = jnp.concatenate([m[0] for m in motions])
+        v = jnp.concatenate([m[1] for m in motions])
+        turn = _TURN @ q
+        carried = jnp.concatenate([m[1][5] * turn[6 * i : 6 * i + 6] for i, m in enumerate(motions)])
+        B = self.rayleigh[1] * self._stiffness()
+        circulatory = B @ carried
+        damping = (circulatory - B @ v) * turn
+        reaction = [-jnp.sum(damping[:6]), -jnp.sum(damping[6:])]
+        spin = jnp.zeros(6).at[5].set(1.0)
+        return (
+            circulatory[:6] + spin * reaction[0],
+            circulatory[6:] + spin * reaction[1],
+        )
+
+    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+        """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
+        k = self._torsion()
+
+        def angle(q):
+            return q[5] + (0.5 * q[3] * q[4] if self.twist == "invariant" else 0.0)
+
+        (a, a_t), (b, b_t) = (jax.jvp(angle, (q,), (v,)) for q, v in motions)
+        return k * (b - a) + self.rayleigh[1] * k * (b_t - a_t)
+
+    # The energy is integrated along the section, apart from the matrices above.
+
+    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+        (qa, _), (qb, _) = motions
+        if self.twist == "invariant":
+            qa = qa + jnp.zeros(6).at[5].set(0.5 * qa[3] * qa[4])
+            qb = qb + jnp.zeros(6).at[5].set(0.5 * qb[3] * qb[4])
+        return self._strain_energy(qa, qb)
+
+    def _strain_energy(self, a: Vec6, b: Vec6) -> Array:
+        """∫ (EI (x''² + y''²) + EA z'² + G Ip phi'²)/2 along the section, by Gauss quadrature."""
+        area, moment = self._section()
+        m, L = self.material, self.length
+        points, weights = np.polynomial.legendre.leggauss(2)  # exact: curvature is linear
+        total = 0.0
+        for s, weight in zip((points + 1) / 2, weights / 2):
+            h = np.array([-6 + 12 * s, -4 + 6 * s, 6 - 12 * s, -2 + 6 * s])
+            x_zz = (h[0] * a[0] + h[1] * L * a[4] + h[2] * b[0] + h[3] * L * b[4]) / L**2
+            y_zz = (h[0] * a[1] - h[1] * L * a[3] + h[2] * b[1] - h[3] * L * b[3]) / L**2
+            total += weight * m.youngs_modulus * moment * (x_zz**2 + y_zz**2)
+        stretch, twist = (b[2] - a[2]) / L, (b[5] - a[5]) / L
+        return (
+            0.5
+            * L
+            * (total + m.youngs_modulus * area * stretch**2 + m.shear_modulus * 2 * moment * twist**2)
+        )
+
+    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+        """alpha times twice the kinetic energy a rod of this mass would have, and beta times twice
+        the strain energy of the rates (seen from the turning shaft where damping is rotating)."""
+        area, moment = self._section()
+        rho, L = self.material.density, self.length
+        (qa, va), (qb, vb) = motions
+        points, weights = np.polynomial.legendre.leggauss(4)  # exact for cubic shapes squared
+        kinetic = 0.0
+        for s, weight in zip((points + 1) / 2, weights / 2):
+            h = np.array(
+                [1 - 3 * s**2 + 2 * s**3, s - 2 * s**2 + s**3, 3 * s**2 - 2 * s**3, s**3 - s**2]
+            )
+            x_t = h[0] * va[0] + h[1] * L * va[4] + h[2] * vb[0] + h[3] * L * vb[4]
+            y_t = h[0] * va[1] - h[1] * L * va[3] + h[2] * vb[1] - h[3] * L * vb[3]
+            z_t, phi_t = ((1 - s) * va[i] + s * vb[i] for i in (2, 5))
+            kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
+        rates = []
+        for q, v in motions:
+            speed = v[5]
+            if self.twist == "invariant":
+                v = v + jnp.zeros(6).at[5].set(0.5 * (v[3] * q[4] + q[3] * v[4]))
+            if self.damping == "rotating":
+                v = v - speed * (_TURN[:6, :6] @ q)
+            rates.append(v)
+        alpha, beta = self.rayleigh
+        return alpha * L * kinetic + beta * 2 * self._strain_energy(*rates)
+
+
+# W×q of a rigid turn about z at unit speed: x' = -y, y' = x, psi' = -theta, theta' = psi.
+_TURN = np.zeros((12, 12))
+for _i in (0, 6):
+    _TURN[_i + 0, _i + 1] = _TURN[_i + 3, _i + 4] = -1.0
+    _TURN[_i + 1, _i + 0] = _TURN[_i + 4, _i + 3] = 1.0

@@ -1,0 +1,20 @@
+"""The exceptions that a user meets, each a sentence with the place, the value and the remedy."""
+
+
+class InputError(ValueError):
+    """Something the user gave is wrong; nothing has been run.
+
+    `problems` lists every fault found, one sentence each.
+    """
+
+    def __init__(self, *problems: str):
+        self.problems = problems
+        super().__init__("\n".join(problems))
+
+
+class SimulationFailed(RuntimeError):
+    """A run that left the finite numbers. `response` holds what had been computed before."""
+
+    def __init__(self, message: str, response):
+        self.response = response
+        super().__init__(message)

@@ -1,0 +1,6 @@
+"""What has mass or a motion of its own: the stations of a line."""
+
+from .bearing import SelfAligningBearing as SelfAligningBearing
+from .body import RigidBody as RigidBody
+from .prescribed import PrescribedSpin as PrescribedSpin
+from .rotor import Imperfection as Imperfection, Rotor as Rotor, Unbalance as Unbalance

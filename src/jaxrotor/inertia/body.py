@@ -1,0 +1,81 @@
+"""A rigid body with any inertia: three distinct moments, any mass centre."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..kinematics import Vector
+from ..parameter import parameter
+from ..protocol import AbstractInertia, Vec6
+from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
+
+
+class RigidBody(AbstractInertia):
+    """A rigid body without symmetry: a bladed hub, a crank, a casing.
+
+    `inertia` is the tensor about the mass centre, kg·m², in the frame that turns with phi: three
+    principal moments along its axes, or the full symmetric 3x3. `mass_centre` (m) lies in the same
+    frame, seen from the station's centre.
+    """
+
+    mass: Float[Array, ""] = parameter("kg", positive=True)
+    inertia: Float[Array, "3"] | Float[Array, "3 3"] = parameter("kg*m^2", shapes=((3,), (3, 3)))
+    mass_centre: Float[Array, "3"] = parameter("m", shapes=((3,),), default=(0.0, 0.0, 0.0))
+
+    def faults(self):
+        J = self.tensor()
+        if not bool(jnp.allclose(J, J.T, rtol=1e-12, atol=0.0)):
+            yield "inertia must be symmetric, but the matrix given is not"
+        moments = jnp.linalg.eigvalsh(J)
+        if float(moments[0]) <= 0 or float(moments[2] - moments[1] - moments[0]) > 1e-12 * float(
+            moments[2]
+        ):
+            yield (
+                "inertia must have positive principal moments, none larger than the sum of the "
+                f"other two, but they are {', '.join(f'{float(m):g}' for m in moments)} kg*m^2"
+            )
+
+    def tensor(self) -> Float[Array, "3 3"]:
+        """The tensor as a matrix."""
+        return jnp.diag(self.inertia) if self.inertia.ndim == 1 else self.inertia
+
+    def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
+        s, c = jnp.sin(q[5]), jnp.cos(q[5])
+
+        def turned(a: Vector) -> Vector:  # from the body's frame to B
+            return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
+
+        def back(a: Vector) -> Vector:
+            return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
+
+        def times(matrix: Float[Array, "3 3"], a: Vector) -> Vector:
+            b = back(a)
+            rows = [matrix[i, 0] * b[0] + matrix[i, 1] * b[1] + matrix[i, 2] * b[2] for i in range(3)]
+            return turned((rows[0], rows[1], rows[2]))
+
+        J = self.tensor()
+        inverse = _inverse_symmetric(J)
+        m = self.mass_centre
+        return rigid_acceleration(
+            q,
+            v,
+            Q,
+            self.mass,
+            turned((m[0], m[1], m[2])),
+            lambda a: times(J, a),
+            lambda a: times(inverse, a),
+        )
+
+    def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
+        return rigid_kinetic_energy(q, v, self.mass, self.mass_centre, self.tensor())
+
+    def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
+        return rigid_weight(q, self.mass, self.mass_centre, gravity)
+
+    def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
+        return rigid_height_energy(q, self.mass, self.mass_centre, gravity)
+
+
+def _inverse_symmetric(J: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
+    """By cofactors: elementwise, where a library inverse would be a call per evaluation."""
+    rows = [jnp.cross(J[1], J[2]), jnp.cross(J[2], J[0]), jnp.cross(J[0], J[1])]
+    return jnp.stack(rows) / (J[0] @ rows[0])

@@ -1,0 +1,144 @@
+"""The rigid rotor with static and dynamic unbalance and geometric imperfection."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..kinematics import Vector, dot, rotation
+from ..parameter import parameter
+from ..protocol import AbstractInertia, Nominal, Ported, Vec6
+from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
+
+
+class Unbalance(eqx.Module):
+    """Static and dynamic unbalance of a rotor, in the disc's own frame.
+
+    Static: the mass centre lies `eccentricity` from the geometric centre, at `angle` from the disc's
+    x axis. Dynamic: the principal axis is inclined to the disc's axis by `inclination`, about the
+    in-plane axis at `inclination_angle`. Both turn with phi.
+    """
+
+    eccentricity: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
+    angle: Float[Array, ""] = parameter("rad", default=0.0)
+    inclination: Float[Array, ""] = parameter("rad", default=0.0)
+    inclination_angle: Float[Array, ""] = parameter("rad", default=0.0)
+
+
+class Imperfection(eqx.Module):
+    """A rotor sitting off the shaft's axis, free of stress: eccentric by `offset` (m) at `angle`,
+    and tilted by `inclination` (rad) about the in-plane axis at `inclination_angle`.
+
+    It is fixed in the shaft and turns with phi. The elastic elements feel the displacement from that
+    shape, so at rest it causes no force, and what turns with phi also acts back on phi.
+
+    Source: Matyja & Łazarz 2014, Fig. 6.
+    """
+
+    offset: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
+    angle: Float[Array, ""] = parameter("rad", default=0.0)
+    inclination: Float[Array, ""] = parameter("rad", default=0.0)
+    inclination_angle: Float[Array, ""] = parameter("rad", default=0.0)
+
+
+class Rotor(AbstractInertia, Ported, Nominal):
+    """A rigid axisymmetric rotor: six degrees of freedom, exact for large angles.
+
+    `angle` is the rotor's angular position on the shaft: it is added to the angles of its unbalance
+    and of its imperfection. Port `"main.mass_centre"` of a rotor `main` is its mass centre: a force
+    there has the moment that its eccentricity gives it.
+
+    Source: Matyja & Łazarz 2014, eqs. of motion; closed form in `inertia.rigid`.
+    """
+
+    mass: Float[Array, ""] = parameter("kg", positive=True)
+    polar_inertia: Float[Array, ""] = parameter("kg*m^2", positive=True)
+    transverse_inertia: Float[Array, ""] = parameter("kg*m^2", positive=True)
+    unbalance: Unbalance = eqx.field(default_factory=Unbalance)
+    imperfection: Imperfection | None = None
+    angle: Float[Array, ""] = parameter("rad", default=0.0)
+
+    ports: ClassVar[tuple[str, ...]] = ("mass_centre",)
+
+    def faults(self):
+        jp, jt = float(self.polar_inertia), float(self.transverse_inertia)
+        if jp > 2 * jt:
+            yield (
+                f"polar_inertia must be at most twice the transverse_inertia (no body is flatter "
+                f"than a thin disc), but is {jp:g} against {jt:g} kg*m^2"
+            )
+
+    def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
+        u, jt, jp = self.unbalance, self.transverse_inertia, self.polar_inertia
+        spin = q[5] + self.angle
+        at_e, at_g = spin + u.angle, spin + u.inclination_angle
+        r = (
+            u.eccentricity * jnp.cos(at_e),
+            u.eccentricity * jnp.sin(at_e),
+            jnp.zeros_like(at_e),
+        )
+        sin_g, cos_g = jnp.sin(u.inclination), jnp.cos(u.inclination)
+        n = (jnp.sin(at_g) * sin_g, -jnp.cos(at_g) * sin_g, cos_g + jnp.zeros_like(at_g))
+
+        # I = Jt 1 + (Jp - Jt) n nᵀ, whose inverse has the same form
+        def axial(a: Vector, across: Array, along: Array) -> Vector:
+            extra = (along - across) * dot(n, a)
+            return across * a[0] + extra * n[0], across * a[1] + extra * n[1], (
+                across * a[2] + extra * n[2]
+            )
+
+        return rigid_acceleration(
+            q, v, Q, self.mass, r, lambda a: axial(a, jt, jp), lambda a: axial(a, 1 / jt, 1 / jp)
+        )
+
+    def mass_centre(self) -> Float[Array, "3"]:
+        """Mass centre less geometric centre in the frame that turns with phi, m."""
+        at = self.angle + self.unbalance.angle
+        e = self.unbalance.eccentricity
+        return jnp.stack([e * jnp.cos(at), e * jnp.sin(at), jnp.zeros_like(e)])
+
+    def tensor(self) -> Float[Array, "3 3"]:
+        """Inertia tensor about the mass centre in the frame that turns with phi, kg·m²."""
+        at = self.angle + self.unbalance.inclination_angle
+        s, c = jnp.sin(self.unbalance.inclination), jnp.cos(self.unbalance.inclination)
+        axis = jnp.stack([jnp.sin(at) * s, -jnp.cos(at) * s, c])
+        jt, jp = self.transverse_inertia, self.polar_inertia
+        return jt * jnp.eye(3) + (jp - jt) * jnp.outer(axis, axis)
+
+    def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
+        return rigid_kinetic_energy(q, v, self.mass, self.mass_centre(), self.tensor())
+
+    def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
+        return rigid_weight(q, self.mass, self.mass_centre(), gravity)
+
+    def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
+        return rigid_height_energy(q, self.mass, self.mass_centre(), gravity)
+
+    def shift(self, port: str, q: Vec6) -> Vec6 | None:
+        if port == "mass_centre":
+            return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
+        if self.imperfection is None:
+            return None
+        d = self.imperfection
+        at_d = q[5] + self.angle + d.angle
+        at_i = q[5] + self.angle + d.inclination_angle
+        zero = jnp.zeros_like(at_d)
+        return -jnp.stack(
+            [
+                d.offset * jnp.cos(at_d),
+                d.offset * jnp.sin(at_d),
+                zero,
+                d.inclination * jnp.cos(at_i),
+                d.inclination * jnp.sin(at_i),
+                zero,
+            ]
+        )
+
+    def nominal(self) -> "Rotor":
+        return eqx.tree_at(
+            lambda r: (r.unbalance, r.imperfection, r.angle),
+            self,
+            (Unbalance(), None if self.imperfection is None else Imperfection(), jnp.zeros(())),
+            is_leaf=lambda x: x is None,
+        )

@@ -1,0 +1,64 @@
+"""The 1-2-3 angles: `R = Rx(psi) Ry(theta) Rz(phi)`, from the disc's frame to the global one.
+
+`phi` is the spin. Frame B, `Rx(psi) Ry(theta)`, tilts with the disc but does not spin. Vectors are
+tuples of three scalars here: under `vmap` over stations they become fused elementwise work, where
+3-vectors and 3x3 products would become many small operations.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+COORDINATES = ("x", "y", "z", "psi", "theta", "phi")
+
+Vector = tuple[Array, Array, Array]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def dot(a: Vector, b: Vector) -> Array:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def to_tilted(psi: Array, theta: Array, a: Vector) -> Vector:
+    """Global components to components in B."""
+    sp, cp, st, ct = jnp.sin(psi), jnp.cos(psi), jnp.sin(theta), jnp.cos(theta)
+    y, z = cp * a[1] + sp * a[2], cp * a[2] - sp * a[1]
+    return ct * a[0] - st * z, y, st * a[0] + ct * z
+
+
+def from_tilted(psi: Array, theta: Array, a: Vector) -> Vector:
+    """Components in B to global components."""
+    sp, cp, st, ct = jnp.sin(psi), jnp.cos(psi), jnp.sin(theta), jnp.cos(theta)
+    z = ct * a[2] - st * a[0]
+    return ct * a[0] + st * a[2], cp * a[1] - sp * z, sp * a[1] + cp * z
+
+
+def rotation(q: Float[Array, "6"]) -> Float[Array, "3 3"]:
+    """`R` as a matrix."""
+    (sp, st, sf), (cp, ct, cf) = jnp.sin(q[3:]), jnp.cos(q[3:])
+    rx = jnp.array([[1.0, 0, 0], [0, cp, -sp], [0, sp, cp]])
+    ry = jnp.array([[ct, 0, st], [0, 1.0, 0], [-st, 0, ct]])
+    rz = jnp.array([[cf, -sf, 0], [sf, cf, 0], [0, 0, 1.0]])
+    return rx @ ry @ rz
+
+
+def rotation_axes(q: Float[Array, "6"]) -> Float[Array, "3 3"]:
+    """Columns: the global axes about which psi', theta' and phi' turn.
+
+    The angular velocity is `rotation_axes(q) @ v[3:]`, and the generalized moments of a torque T
+    are `rotation_axes(q).T @ T`.
+    """
+    (sp, st), (cp, ct) = jnp.sin(q[3:5]), jnp.cos(q[3:5])
+    zero = jnp.zeros_like(sp)
+    return jnp.array([[1.0 + zero, zero, st], [zero, cp, -sp * ct], [zero, sp, cp * ct]])
+
+
+def spin_speed(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> Float[Array, "*n"]:
+    """Angular speed about the shaft's own axis, rad/s: `phi' + psi' sin theta`."""
+    return v[5] + v[3] * jnp.sin(q[4])

@@ -1,0 +1,46 @@
+"""A station with mass some of whose coordinates are held."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..protocol import AbstractInertia, Vec6
+
+
+def held_acceleration(
+    element: AbstractInertia,
+    q: Vec6,
+    v: Vec6,
+    Q: Vec6,
+    held: tuple[int, ...],
+    given: Float[Array, " k"],
+) -> tuple[Vec6, Vec6]:
+    """Accelerations with those of the `held` coordinates as `given`, and the reaction.
+
+    The constraint force λ solves `(M⁻¹)_hh λ = given - a_h(free)`: the same as
+    `M_ff a_f = Q_f - h_f - M_fp a_p`, but the closed form of the free body serves, and λ is the
+    reaction itself. Setting one acceleration of an unbalanced rotor to zero instead would be wrong
+    by the order of its unbalance.
+    """
+    free = element.acceleration(q, v, Q)
+
+    def response(direction: Vec6) -> Vec6:
+        return jax.jvp(lambda F: element.acceleration(q, v, F), (Q,), (direction,))[1]
+
+    index = jnp.array(held)
+    columns = jax.vmap(response)(jnp.eye(6)[index]).T  # (6, k)
+    reaction = _solve(columns[index], given - free[index])
+    acceleration = (free + columns @ reaction).at[index].set(given)
+    return acceleration, jnp.zeros(6).at[index].set(reaction)
+
+
+def _solve(matrix: Float[Array, "k k"], right: Float[Array, " k"]) -> Float[Array, " k"]:
+    """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this."""
+    k = right.shape[0]
+    rows = [jnp.append(matrix[i], right[i]) for i in range(k)]
+    for i in range(k):  # symmetric and positive definite up to scaling: no pivoting needed
+        rows[i] = rows[i] / rows[i][i]
+        for j in range(k):
+            if j != i:
+                rows[j] = rows[j] - rows[j][i] * rows[i]
+    return jnp.stack([row[-1] for row in rows])

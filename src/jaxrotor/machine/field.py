@@ -1,0 +1,272 @@
+"""The vector field: a pure function of time, a flat state and the assembled system.
+
+The state is `y = [u, s, z]`: free coordinates and rates, measured from the reference spin, and the
+elements' internal states. The order inside `u` is the layout's; `pack` and `evaluate` translate.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..drive.motion import differentiate
+from .constraint import held_acceleration
+from .system import Actor, System
+
+_PHI = np.zeros((6, 1))
+_PHI[5] = 1.0
+
+
+class Evaluation(NamedTuple):
+    """One evaluation, all arrays component-first over nodes (n_nodes + n_ground) or stations.
+
+    `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node.
+    `reaction`: generalized constraint forces ON each station. `forces`: those of the connectors ON
+    each node. `states`: internal ones; `rates`: their derivatives.
+    """
+
+    q: Array
+    v: Array
+    a: Array
+    nodes: tuple[Array, Array]
+    forces: Array
+    reaction: Array
+    states: Array
+    rates: Array
+
+
+def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:
+    """dy/dt, as `diffrax.ODETerm` takes it."""
+    return _field(t, y, system, system.reference(t))
+
+
+def _field(t, y, system: System, reference) -> Array:
+    u, s, z = _unpack(t, y, system, reference)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=False)
+    free = system.layout.free
+    n = 6 * system.layout.n_mass
+    a = (ev.a - _PHI * reference[2]).ravel()
+    rates = s.ravel()
+    if len(free) < n:
+        index = np.array(free)
+        a, rates = a[index], rates[index]
+    return jnp.concatenate([rates, a, ev.rates])
+
+
+def jacobian(system: System, speed: Float[Array, ""]) -> Float[Array, "d d"]:
+    """∂(dy/dt)/∂y of the undeformed line turning at a constant common `speed` (rad/s)."""
+    zero = jnp.zeros_like(speed)
+    reference = (zero, speed, zero)
+    y = jnp.concatenate([jnp.zeros(2 * len(system.layout.free)), initial_states(system)])
+    return jax.jacfwd(lambda y: _field(zero, y, system, reference))(y)
+
+
+def evaluate(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Evaluation:
+    """Everything about one instant, reactions included."""
+    reference = system.reference(t)
+    u, s, z = _unpack(t, y, system, reference)
+    return _evaluate(t, u, s, z, system, reference, outputs=True)
+
+
+def initial_states(system: System) -> Float[Array, " k"]:
+    parts = [actor.call("initial").ravel() for actor in system.actors if actor.states[1] > actor.states[0]]
+    return jnp.concatenate([jnp.zeros(0), *parts])
+
+
+def pack(
+    t: Float[Array, ""], q: Array, v: Array, states: Array, system: System
+) -> Float[Array, " d"]:
+    """The flat state of stations' coordinates `q`, `v` (6, n_mass), internal order."""
+    phi, w, _ = system.reference(t)
+    index = np.array(system.layout.free, dtype=int)
+    u, s = (q - _PHI * phi).ravel()[index], (v - _PHI * w).ravel()[index]
+    return jnp.concatenate([u, s, states])
+
+
+def _unpack(t, y, system: System, reference) -> tuple[Array, Array, Array]:
+    """Relative coordinates and rates (6, n_mass), held ones filled in, and internal states."""
+    layout = system.layout
+    held = layout.held
+    n, f = 6 * layout.n_mass, n_free(system)
+    u, s, z = y[:f], y[f : 2 * f], y[2 * f :]
+    if held:
+        given = [
+            differentiate(system.motions[m].position, t) if m >= 0 else (0.0, 0.0, 0.0)
+            for m in held.values()
+        ]
+        spin = np.array([p // layout.n_mass == 5 for p in held], float)
+        at = np.argsort(np.array([*layout.free, *held]))
+        u, s = (
+            jnp.concatenate([x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]])[at]
+            for i, x in enumerate((u, s))
+        )
+    return u.reshape(6, n // 6), s.reshape(6, n // 6), z
+
+
+def n_free(system: System) -> int:
+    return len(system.layout.free)
+
+
+def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluation:
+    layout = system.layout
+    phi, w, _ = reference
+    n, m, g = layout.n_mass, layout.n_nodes, layout.n_ground
+    q, v = u + _PHI * phi, s + _PHI * w
+
+    # nodes: relative motion for the assembled part, absolute for force laws
+    shift, shift_t, pull = _ports(q, v, system)
+    U, S = _spread(u, layout, shift), _spread(s, layout, shift_t)
+    whole = outputs or (g and not system.quiet_ground)
+    if whole and g:
+        qg, vg, ag = system.given(t)
+        U = jnp.concatenate([U, qg - _PHI * phi], axis=1)
+        S = jnp.concatenate([S, vg - _PHI * w], axis=1)
+    matrix = system.whole if whole else system.moving
+    state = jnp.concatenate([U.ravel(), S.ravel()])
+    count = U.shape[1]
+    spin = system.spin if whole else system.spin.reshape(6, m + g, 2)[:, :m].reshape(-1, 2)
+    Q = (matrix @ state + spin[:, 0] * phi + spin[:, 1] * w).reshape(6, count)
+
+    N, V = U + _PHI * phi, S + _PHI * w
+    if system.actors and g and not whole:
+        qg, vg, _ = system.given(t)
+        N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
+    extra = [_act(t, actor, N, V, z) for actor in system.actors]
+    Q = _gather(Q, [e for e in extra if e is not None], count)
+
+    # what reaches the stations, then each kind's own acceleration
+    on_stations = Q[:, :n]
+    if pull is not None:
+        on_stations = pull(Q[:, :m])
+    a, reaction = _accelerate(t, q, v, on_stations, system)
+    rates = _rates(t, N, V, a, q, v, z, system)
+    if outputs and g:
+        q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
+        reaction = jnp.concatenate([reaction, -Q[:, m:]], axis=1)
+    return Evaluation(q, v, a, (N, V), Q, reaction, z, rates)
+
+
+def _spread(x: Array, layout, shift: Array | None) -> Array:
+    """Station values (6, n_mass) to node values (6, n_nodes)."""
+    if layout.n_nodes > layout.n_mass:
+        x = x[:, np.array(layout.node_station)]
+    return x if shift is None else x + shift
+
+
+def _shift(q: Array, system: System) -> Array:
+    """Ports' coordinates less their stations' own, (6, n_nodes)."""
+    layout = system.layout
+    out = jnp.zeros((6, layout.n_nodes))
+    for port in layout.ports:
+        group = layout.stations[port.group]
+        members = np.array(port.members)
+        element = jax.tree.map(lambda x: x[..., members], system.stations[port.group])  # noqa: B023
+        at = q[:, group.start + members]
+        moved = jax.vmap(lambda e, p: e.shift(port.name, p), in_axes=-1, out_axes=-1)(element, at)  # noqa: B023
+        out = out.at[:, np.array(port.nodes)].set(moved)
+    return out
+
+
+def _ports(q: Array, v: Array, system: System):
+    """Shift and its rate, and the map that takes forces on nodes to stations (virtual work)."""
+    layout = system.layout
+    if not layout.ports and layout.n_nodes == layout.n_mass:
+        return None, None, None
+    shift, shift_t = jax.jvp(lambda p: _shift(p, system), (q,), (v,))
+    _, pull = jax.vjp(lambda p: _spread(p, layout, _shift(p, system)), q)
+    return shift, shift_t, lambda Q: pull(Q)[0]
+
+
+def _act(t, actor: Actor, N: Array, V: Array, z: Array):
+    """Forces of one stacked force law: a list of (6, members), one for each end, with its nodes."""
+    motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)
+    states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0])) if _has_state(actor) else None
+    forces = jax.vmap(
+        lambda e, m, s: e.forces(t, m, s), in_axes=-1, out_axes=-1
+    )(actor.element, motions, states)
+    return None if forces is None else list(zip(actor.nodes, forces))
+
+
+def _has_state(actor: Actor) -> bool:
+    return actor.states[1] > actor.states[0]
+
+
+def _take(x: Array, nodes: tuple[int, ...]) -> Array:
+    """Columns; a slice where they stand side by side, for it fuses."""
+    if nodes == tuple(range(nodes[0], nodes[0] + len(nodes))):
+        return x[:, nodes[0] : nodes[0] + len(nodes)]
+    return x[:, np.array(nodes)]
+
+
+def _gather(Q: Array, extra: list, count: int) -> Array:
+    """Adds forces to the columns of their nodes: padding for neighbours, one product for the rest."""
+    scattered = []
+    for nodes, force in (pair for group in extra for pair in group):
+        first, stop = nodes[0], nodes[0] + len(nodes)
+        if nodes == tuple(range(first, stop)):
+            if first < count:
+                keep = min(stop, count) - first
+                Q = Q + jnp.pad(force[:, :keep], ((0, 0), (first, count - first - keep)))
+        else:
+            scattered.append((nodes, force))
+    if scattered:
+        columns = np.concatenate([np.array(nodes) for nodes, _ in scattered])
+        incidence = (columns[:, None] == np.arange(count)[None]).astype(float)
+        Q = Q + jnp.concatenate([force for _, force in scattered], axis=1) @ incidence
+    return Q
+
+
+def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array, Array]:
+    accelerations, reactions = [], []
+    for group, element in zip(system.layout.stations, system.stations):
+        at = slice(group.start, group.stop)
+
+        def one(e, q, v, Q, held=None, group=group):
+            Q = Q + e.weight(q, system.gravity)
+            if not group.held:
+                return e.acceleration(q, v, Q), jnp.zeros(6)
+            return held_acceleration(e, q, v, Q, group.held, held)
+
+        held = None
+        if group.held:
+            given = [
+                [differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t for m in row]
+                for row in group.motions
+            ]
+            held = jnp.stack([jnp.stack(row) for row in given], axis=-1)
+        a, reaction = jax.vmap(one, in_axes=-1, out_axes=-1)(
+            element, q[:, at], v[:, at], Q[:, at], held
+        )
+        accelerations.append(a)
+        reactions.append(reaction)
+    return jnp.concatenate(accelerations, axis=1), jnp.concatenate(reactions, axis=1)
+
+
+def _rates(t, N, V, a, q, v, z, system: System) -> Array:
+    """Derivatives of the internal states, after the accelerations."""
+    stateful = [actor for actor in system.actors if _has_state(actor)]
+    if not stateful:
+        return jnp.zeros(0)
+    layout = system.layout
+    A = a
+    if layout.ports or layout.n_nodes > layout.n_mass:
+
+        def velocity(q, v):
+            return jax.jvp(lambda p: _spread(p, layout, _shift(p, system)), (q,), (v,))[1]
+
+        A = jax.jvp(velocity, (q, v), (v, a))[1]
+    if layout.n_ground:
+        A = jnp.concatenate([A, system.given(t)[2]], axis=1)
+    out = []
+    for actor in stateful:
+        motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)
+        accelerations = tuple(_take(A, nodes) for nodes in actor.nodes)
+        states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0]))
+        out.append(
+            jax.vmap(lambda e, m, b, s: e.rates(t, m, b, s), in_axes=-1, out_axes=-1)(
+                actor.element, motions, accelerations, states
+            ).ravel()
+        )
+    return jnp.concatenate(out)

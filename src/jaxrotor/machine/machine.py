@@ -1,0 +1,267 @@
+"""The machine: its parts, how they are joined, and its parameters by name."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ..drive.motion import AbstractMotion
+from ..errors import InputError
+from ..kinematics import COORDINATES
+from ..parameter import as_float64, parameter, problems
+from ..protocol import (
+    AbstractElastic,
+    AbstractElement,
+    AbstractInertia,
+    AbstractStation,
+    Lumping,
+)
+from .paths import field_of, resolve, walk
+from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
+
+Place = str | Sequence[str]
+
+
+class Machine(eqx.Module):
+    """A line-up of elements: a pytree whose leaves are the physical parameters.
+
+    **Arguments:**
+
+    - `elements`: name -> element. Stations (rotors, bearings, driven ends), elastic elements and
+      attachments in any order; names hold no dot.
+    - `connections`: name of each elastic element or attachment -> its station, or its stations.
+      `"main.mass_centre"` names a port of a station.
+    - `gravity`: m/s², a vector in the global frame (z is the axis of rotation, y is up).
+    - `fixed`: station -> the names of those of its coordinates that stay zero.
+    - `prescribed`: station -> {coordinate: motion}. A held coordinate of a station with mass gets
+      the right inertia coupling, and its constraint force is the station's `reaction`.
+
+    Everything is checked here; an `InputError` says what is wrong, where, and what to do.
+    """
+
+    stations: tuple[AbstractStation, ...]
+    connectors: tuple[AbstractElement, ...]
+    motions: tuple[AbstractMotion, ...]
+    gravity: Float[Array, "3"] = parameter("m/s^2", shapes=((3,),))
+    wiring: Wiring = eqx.field(static=True)
+
+    def __init__(
+        self,
+        elements: Mapping[str, AbstractElement],
+        connections: Mapping[str, Place],
+        gravity: Any = (0.0, 0.0, 0.0),
+        fixed: Mapping[str, Sequence[str]] | None = None,
+        prescribed: Mapping[str, Mapping[str, AbstractMotion]] | None = None,
+    ):
+        wiring, stations, connectors = wire(elements, connections)
+        check_connected(wiring)
+        held, motions = _hold(wiring, stations, fixed or {}, prescribed or {})
+        self.wiring = Wiring(
+            wiring.stations, wiring.connectors, wiring.ends, held, wiring.order
+        )
+        self.stations = tuple(stations)  # pyright: ignore
+        self.connectors = tuple(connectors)
+        self.motions = motions
+        self.gravity = as_float64(gravity)
+        self.check()
+        self.filled()
+
+    @classmethod
+    def in_line(
+        cls,
+        elements: Mapping[str, AbstractElement],
+        attachments: Mapping[str, tuple[AbstractElement, Place]] | None = None,
+        gravity: Any = (0.0, 0.0, 0.0),
+        fixed: Mapping[str, Sequence[str]] | None = None,
+        prescribed: Mapping[str, Mapping[str, AbstractMotion]] | None = None,
+    ) -> "Machine":
+        """A serial machine, read from left to right: station, shaft, station, ..., station.
+
+        `attachments`: name -> (element, station), or (element, (station, station)). The other
+        arguments are those of `Machine`.
+        """
+        names = list(elements)
+        connections: dict[str, Place] = {}
+        for i, name in enumerate(names):
+            station = isinstance(elements[name], AbstractStation)
+            if station and i and isinstance(elements[names[i - 1]], AbstractStation):
+                raise InputError(
+                    f"`{names[i - 1]}` and `{name}` are two stations with nothing between them: "
+                    "put a shaft or a coupling there"
+                )
+            if isinstance(elements[name], AbstractElastic):
+                if i in (0, len(names) - 1) or not isinstance(
+                    elements[names[i + 1]], AbstractStation
+                ):
+                    raise InputError(
+                        f"`{name}`: an elastic element must stand between two stations: put a "
+                        "rotor, a bearing or a driven end on either side"
+                    )
+                connections[name] = (names[i - 1], names[i + 1])
+            elif not station and isinstance(elements[name], AbstractElement):
+                raise InputError(
+                    f"`{name}`: a {type(elements[name]).__name__} does not stand in the line: "
+                    f"give it as attachments={{{name!r}: (..., 'station')}}"
+                )
+        parts = dict(elements)
+        for name, given in (attachments or {}).items():
+            if name in parts:
+                raise InputError(f"`{name}`: the name is used twice: rename the attachment")
+            if not isinstance(given, tuple) or len(given) != 2:
+                raise InputError(
+                    f"`{name}`: an attachment is given as (element, station), but is {given!r}"
+                )
+            parts[name], connections[name] = given
+        return cls(parts, connections, gravity, fixed, prescribed)
+
+    def __getitem__(self, name: str) -> AbstractElement:
+        if name in self.wiring.stations:
+            return self.stations[self.wiring.stations.index(name)]
+        if name in self.wiring.connectors:
+            return self.connectors[self.wiring.connectors.index(name)]
+        raise InputError(unknown("element", name, self.wiring.order))
+
+    def elements(self) -> dict[str, AbstractElement]:
+        """name -> element, in the order given."""
+        return {name: self[name] for name in self.wiring.order}
+
+    def connections(self) -> dict[str, tuple[str, ...]]:
+        """connector -> the places of its ends."""
+        return {
+            name: tuple(
+                self.wiring.stations[s] + (f".{port}" if port else "") for s, port in ends
+            )
+            for name, ends in zip(self.wiring.connectors, self.wiring.ends)
+        }
+
+    def parameters(self) -> dict[str, Array]:
+        """path -> value of every parameter."""
+        found = {"gravity": self.gravity}
+        for name, element in self.elements().items():
+            found.update(walk(element, name))
+        for held in self.wiring.held:
+            if held.motion != FIXED:
+                found.update(walk(self.motions[held.motion], self._held_path(held)))
+        return found
+
+    def _held_path(self, held: Held) -> str:
+        return f"{self.wiring.stations[held.station]}.{COORDINATES[held.coordinate]}"
+
+    def _split(self, path: str) -> tuple[Any, Any, list[str]]:
+        """For a path: (machine -> the root it starts from, that root, the steps below it)."""
+        head, *steps = path.split(".")
+        if path == "gravity":
+            return (lambda m: m), self, ["gravity"]
+        for held in self.wiring.held:
+            if steps and held.motion != FIXED and path.startswith(self._held_path(held) + "."):
+                return (lambda m: m.motions[held.motion]), self.motions[held.motion], steps[1:]
+        if head not in self.wiring.order:
+            raise InputError(f"`{path}`: {unknown('element', head, (*self.wiring.order, 'gravity'))}")
+        return (lambda m: m[head]), self[head], steps
+
+    def get(self, path: str) -> Any:
+        """The parameter (or part) at `path`, such as `"main.unbalance.eccentricity"`."""
+        _, root, steps = self._split(path)
+        return resolve(root, steps, path)
+
+    def set(self, values: Mapping[str, Any]) -> "Machine":
+        """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked."""
+        machine = self
+        for path, value in values.items():
+            where, root, steps = machine._split(path)
+            resolve(root, steps, path)
+            owner = resolve(root, steps[:-1], path) if steps else None
+            field = field_of(owner, steps[-1]) if steps else None
+            if field is None or "unit" not in field.metadata:
+                if not isinstance(value, eqx.Module):
+                    raise InputError(
+                        f"`{path}`: is a part of the machine, not one number: name one of its "
+                        f"parameters, {', '.join(p for p, _ in walk(resolve(root, steps, path), path))}"
+                        if isinstance(resolve(root, steps, path), eqx.Module)
+                        else f"`{path}`: is an option, not a number: build the machine anew with it"
+                    )
+            else:
+                value = as_float64(value)
+            machine = eqx.tree_at(
+                lambda m: resolve(where(m), steps, path),  # noqa: B023
+                machine,
+                value,
+                is_leaf=lambda x: x is None,
+            )
+        machine.check()
+        return machine
+
+    def check(self) -> None:
+        """Raises `InputError` for every parameter that is out of its bounds."""
+        found = []
+        found.extend(problems(_Gravity(self.gravity), "machine"))
+        for name, element in self.elements().items():
+            found.extend(problems(element, name))
+        for held in self.wiring.held:
+            if held.motion != FIXED:
+                found.extend(problems(self.motions[held.motion], self._held_path(held)))
+        if found:
+            raise InputError(*found)
+
+    def filled(self) -> "Machine":
+        """The machine with the lumped shares of shafts filled in where the user gave none."""
+        stations = list(self.stations)
+        for i, (name, station) in enumerate(zip(self.wiring.stations, stations)):
+            if isinstance(station, Lumping):
+                beside = tuple(
+                    connector
+                    for connector, ends in zip(self.connectors, self.wiring.ends)
+                    if isinstance(connector, AbstractElastic) and any(s == i for s, _ in ends)
+                )
+                try:
+                    stations[i] = station.lumped(beside)
+                except ValueError as error:
+                    raise InputError(f"`{name}`: {error}") from None
+        return eqx.tree_at(lambda m: m.stations, self, tuple(stations))
+
+
+class _Gravity(eqx.Module):
+    gravity: Float[Array, "3"] = parameter("m/s^2", shapes=((3,),))
+
+
+def _hold(
+    wiring: Wiring,
+    stations: list[AbstractElement],
+    fixed: Mapping[str, Sequence[str]],
+    prescribed: Mapping[str, Mapping[str, AbstractMotion]],
+) -> tuple[tuple[Held, ...], tuple[AbstractMotion, ...]]:
+    held: list[Held] = []
+    motions: list[AbstractMotion] = []
+
+    def station(name: str, what: str) -> int:
+        if name not in wiring.stations:
+            raise InputError(f"{what}: {unknown('station', name, wiring.stations)}")
+        index = wiring.stations.index(name)
+        if not isinstance(stations[index], AbstractInertia):
+            raise InputError(
+                f"`{name}`: all its coordinates are prescribed already: leave it out of {what}"
+            )
+        return index
+
+    for name, coordinates in fixed.items():
+        index = station(name, "fixed")
+        if isinstance(coordinates, str):
+            coordinates = (coordinates,)
+        held += [Held(index, coordinate(name, c), FIXED) for c in coordinates]
+    for name, given in prescribed.items():
+        index = station(name, "prescribed")
+        for c, motion in given.items():
+            if not isinstance(motion, AbstractMotion):
+                raise InputError(
+                    f"`{name}.{c}`: a prescribed coordinate needs a motion such as "
+                    f"CosineRamp(...), but is {motion!r}"
+                )
+            held.append(Held(index, coordinate(name, c), len(motions)))
+            motions.append(motion)
+    places = [(h.station, h.coordinate) for h in held]
+    for s, c in places:
+        if places.count((s, c)) > 1:
+            raise InputError(f"`{wiring.stations[s]}`: {COORDINATES[c]} is held twice")
+    return tuple(sorted(held, key=lambda h: (h.station, h.coordinate))), tuple(motions)
+

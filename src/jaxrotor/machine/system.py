@@ -1,0 +1,163 @@
+"""The system: a machine stacked and assembled, once a solve, inside jit."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..drive.motion import AbstractMotion, differentiate
+from ..protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
+from .layout import Layout, lay_out
+from .machine import Machine
+
+
+class Actor(eqx.Module):
+    """Stacked elements with a force law (or states) of their own, and the nodes of each end."""
+
+    element: Any
+    nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    states: tuple[int, int] = eqx.field(static=True)  # first and last+1 row among internal states
+
+    def call(self, method: str, *args, **kwargs):
+        """`element.method(...)` mapped over the stack, which is the last axis everywhere."""
+        return jax.vmap(
+            lambda e, a: getattr(e, method)(*a), in_axes=-1, out_axes=-1, **kwargs
+        )(self.element, args)
+
+
+class System(eqx.Module):
+    """Everything that the vector field needs.
+
+    `moving` is `-[K C]` of the nodes on stations with mass; `whole` has the driven ends too (they
+    matter for the reactions, and for the field where a driven end does more than spin).
+    `spin` holds the generalized forces of a common unit angle and a common unit speed.
+    """
+
+    layout: Layout = eqx.field(static=True)
+    stations: tuple[Any, ...]
+    ground: tuple[AbstractPrescribed, ...]
+    motions: tuple[AbstractMotion, ...]
+    actors: tuple[Actor, ...]
+    gravity: Float[Array, "3"]
+    moving: Float[Array, "m m2"]
+    whole: Float[Array, "n n2"]
+    spin: Float[Array, "n 2"]
+
+    def reference(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
+        """Angle, speed and acceleration of the spin that the coordinates are measured from.
+
+        phi grows to thousands of turns: measured from the drive it stays small, which tolerances and
+        rounding need. A machine without a given spin is measured from zero.
+        """
+        if self.ground:
+            return differentiate(lambda s: self.ground[0].motion(s)[5], t)
+        for group in self.layout.stations:
+            for motions in group.motions:
+                for c, motion in zip(group.held, motions):
+                    if c == 5 and motion >= 0:
+                        return differentiate(self.motions[motion].position, t)
+        zero = jnp.zeros_like(t)
+        return zero, zero, zero
+
+    def given(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
+        """Coordinates, rates and accelerations of the driven ends, each (6, n_ground)."""
+        parts = [jnp.stack(differentiate(g.motion, t)) for g in self.ground]
+        stacked = jnp.stack(parts, axis=-1)
+        return stacked[0], stacked[1], stacked[2]
+
+    @property
+    def quiet_ground(self) -> bool:
+        """Whether the driven ends add nothing to the field beyond the reference spin."""
+        return not self.ground or (len(self.ground) == 1 and type(self.ground[0]).spin_only)
+
+    def n_states(self) -> int:
+        return max((a.states[1] for a in self.actors), default=0)
+
+
+def stack(elements: list[Any]) -> Any:
+    return jax.tree.map(lambda *x: jnp.stack(x, axis=-1), *elements)
+
+
+def assemble(machine: Machine, nominal: bool = False) -> System:
+    """Fills, stacks and assembles. `nominal` leaves out what turns with the shaft."""
+    machine = machine.filled()
+    stations, connectors = list(machine.stations), list(machine.connectors)
+    if nominal:
+        stations = [s.nominal() if isinstance(s, Nominal) else s for s in stations]
+        connectors = [c.nominal() if isinstance(c, Nominal) else c for c in connectors]
+    layout = lay_out(machine)
+    groups = tuple(stack([stations[m] for m in g.members]) for g in layout.stations)
+    joined = [
+        (stack([connectors[m] for m in g.members]), g.nodes) for g in layout.connectors
+    ]
+    own = [
+        (stacked, (tuple(range(g.start, g.stop)),))
+        for stacked, g in zip(groups, layout.stations)
+        if isinstance(stacked, (Acting, Linear))
+    ]
+    matrices = _assemble_linear(layout, [*own, *joined])
+    actors, first = [], 0
+    for element, nodes in [*own, *joined]:
+        count = 0
+        if isinstance(element, Stateful):
+            one = jax.tree.map(lambda x: x[..., 0], element)
+            count = jax.eval_shape(lambda e: e.initial(), one).shape[0] * len(nodes[0])
+        actor = Actor(element, nodes, (first, first + count))
+        if count or (isinstance(element, Acting) and _acts(actor, count)):
+            actors.append(actor)
+        first += count
+    ground = tuple(machine.stations[i] for i in layout.ground)
+    return System(
+        layout,
+        groups,
+        ground,  # pyright: ignore
+        machine.motions,
+        tuple(actors),
+        machine.gravity,
+        *matrices,
+    )
+
+
+def _acts(actor: Actor, count: int) -> bool:
+    """Whether the force law adds anything to the assembled matrices."""
+    one = jax.tree.map(lambda x: x[..., 0], actor.element)
+    motions = tuple((jnp.zeros(6), jnp.zeros(6)) for _ in actor.nodes)
+    per = count // max(1, len(actor.nodes[0]))
+    state = jnp.zeros(per) if count else None
+    shapes = jax.eval_shape(lambda e: e.forces(jnp.zeros(()), motions, state), one)
+    return shapes is not None
+
+
+def _assemble_linear(layout: Layout, parts) -> tuple[Array, Array, Array]:
+    """One scatter for each kind, into K and C over all nodes, driven ends last."""
+    m, n = layout.n_nodes, layout.n_nodes + layout.n_ground
+    K = jnp.zeros((6, n, 6, n))
+    C = jnp.zeros((6, n, 6, n))
+    for element, nodes in parts:
+        if not isinstance(element, Linear):
+            continue
+        k, c = jax.vmap(lambda e: e.matrices(), in_axes=-1, out_axes=-1)(element)
+        node = np.repeat(np.array(nodes), 6, axis=0)  # (6 ends, members)
+        component = np.tile(np.arange(6), len(nodes))[:, None] + np.zeros_like(node)
+        at = (component[:, None], node[:, None], component[None], node[None])
+        K, C = K.at[at].add(k), C.at[at].add(c)
+    moving = -jnp.concatenate(
+        [K[:, :m, :, :m].reshape(6 * m, 6 * m), C[:, :m, :, :m].reshape(6 * m, 6 * m)], axis=1
+    )
+    whole = -jnp.concatenate([K.reshape(6 * n, 6 * n), C.reshape(6 * n, 6 * n)], axis=1)
+    spin = -jnp.stack([K[:, :, 5].sum(-1).ravel(), C[:, :, 5].sum(-1).ravel()], axis=1)
+    return moving, whole, spin
+
+
+def jump_times(machine: Machine) -> Float[Array, " n"]:
+    """Every instant at which some element's force jumps, unsorted."""
+    parts = [
+        part.times()
+        for part in (*machine.stations, *machine.connectors)
+        if isinstance(part, Timed)
+    ]
+    parts += [motion.jumps() for motion in machine.motions]
+    return jnp.concatenate([jnp.zeros(0), *parts])

@@ -1,0 +1,140 @@
+"""Physical parameters: fields of elements that carry their unit and their bounds.
+
+A parameter is converted to a float64 array (a Python float would be a compile-time constant, and
+every new value a new compilation) and is checked, with the element's name, when a machine is put
+together. The same unit serves study files, tables and plots.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from .errors import InputError
+
+X64_REMEDY = (
+    "jaxrotor needs 64-bit floats, but JAX is set to 32 bits: call "
+    '`jax.config.update("jax_enable_x64", True)` before anything else, or set the '
+    "environment variable JAX_ENABLE_X64=1"
+)
+
+
+def require_x64() -> None:
+    """Raises `InputError` where JAX would silently compute in 32 bits."""
+    if not jax.config.jax_enable_x64:  # pyright: ignore[reportAttributeAccessIssue]
+        raise InputError(X64_REMEDY)
+
+
+def as_float64(value: Any) -> Any:
+    """A float64 array; what is no number is left as it is, for `problems` to name."""
+    require_x64()
+    if value is None or isinstance(value, (str, bytes, dict, eqx.Module)):
+        return value
+    try:
+        return jnp.asarray(value, dtype=jnp.float64)
+    except (TypeError, ValueError):
+        return value
+
+
+def parameter(
+    unit: str = "",
+    *,
+    positive: bool = False,
+    nonnegative: bool = False,
+    shapes: Sequence[tuple[int | None, ...]] = ((),),
+    optional: bool = False,
+    label: str = "",
+    **kwargs: Any,
+) -> Any:
+    """A field that holds a physical parameter.
+
+    **Arguments:**
+
+    - `unit`: SI unit, as pint reads it; empty for a pure number.
+    - `positive`, `nonnegative`: bounds on every entry.
+    - `shapes`: allowed shapes; `None` stands for any length.
+    - `optional`: whether `None` is allowed (filled in later, or absent).
+    - `label`: a few words on its meaning, for messages and documentation.
+    """
+    metadata = dict(
+        unit=unit,
+        positive=positive,
+        nonnegative=nonnegative,
+        shapes=tuple(shapes),
+        optional=optional,
+        label=label,
+    )
+    return eqx.field(converter=as_float64, metadata=metadata, **kwargs)
+
+
+def parameter_fields(module: eqx.Module) -> Iterator[tuple[dataclasses.Field, Any]]:
+    """The parameters of one module (not of those nested in it), with their values."""
+    for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
+        if "unit" in field.metadata:
+            yield field, getattr(module, field.name)
+
+
+def is_concrete(value: Any) -> bool:
+    """Whether the numbers are known: false for what `jit` or `vmap` traces."""
+    return not isinstance(jax.lax.stop_gradient(value), jax.core.Tracer)
+
+
+def problems(module: eqx.Module, place: str, prefix: str = "") -> Iterator[str]:
+    """Every fault in the parameters of `module` and of the modules nested in it."""
+    known = {id(value) for _, value in parameter_fields(module)}
+    for field, value in parameter_fields(module):
+        yield from _faults(field, value, place, prefix + field.name)
+    for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
+        value = getattr(module, field.name)
+        if isinstance(value, eqx.Module) and id(value) not in known:
+            yield from problems(value, place, f"{prefix}{field.name}.")
+    if hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
+        for sentence in module.faults():  # pyright: ignore
+            yield f"`{place}`: {sentence}"
+
+
+def _faults(field: dataclasses.Field, value: Any, place: str, path: str) -> Iterator[str]:
+    rule = field.metadata
+    unit = f" {rule['unit']}" if rule["unit"] else ""
+    if value is None:
+        if not rule["optional"]:
+            yield f"`{place}`: {path} is missing: give a number{f' in{unit}' if unit else ''}"
+        return
+    if not isinstance(value, (Array, np.ndarray)):
+        yield (
+            f"`{place}`: {path} must be a number{f' in{unit}' if unit else ''}, but is "
+            f"{value!r} ({type(value).__name__})"
+        )
+        return
+    shape = value.shape
+    if not any(
+        len(shape) == len(ok) and all(o is None or o == s for o, s in zip(ok, shape))
+        for ok in rule["shapes"]
+    ):
+        wanted = " or ".join(_shape_words(ok) for ok in rule["shapes"])
+        yield f"`{place}`: {path} must be {wanted}, but has shape {shape}"
+        return
+    if not is_concrete(value):
+        return
+    numbers = np.asarray(jax.lax.stop_gradient(value)).ravel()
+    for bad, words in (
+        (~np.isfinite(numbers), "finite"),
+        (numbers <= 0 if rule["positive"] else np.zeros(0, bool), "positive"),
+        (numbers < 0 if rule["nonnegative"] else np.zeros(0, bool), "zero or positive"),
+    ):
+        if np.any(bad):
+            yield f"`{place}`: {path} must be {words}, but is {numbers[bad][0]:g}{unit}"
+            return
+
+
+def _shape_words(shape: tuple[int | None, ...]) -> str:
+    if shape == ():
+        return "one number"
+    if len(shape) == 1:
+        return "a list of numbers" if shape[0] is None else f"{shape[0]} numbers"
+    return " x ".join("n" if s is None else str(s) for s in shape) + " numbers"

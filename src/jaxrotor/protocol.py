@@ -1,0 +1,162 @@
+"""What an element offers. A class inherits the abilities it has and nothing else.
+
+A *station* has six coordinates `q = (x, y, z, psi, theta, phi)` and their rates `v`, SI units,
+angles 1-2-3 (see `kinematics`). A *motion* is the pair `(q, v)`. A *generalized force*
+`Q = (Fx, Fy, Fz, Q_psi, Q_theta, Q_phi)` is conjugate to q and acts ON the station.
+
+Everything here is written for ONE station or connection: the machine stacks the elements of one
+kind and maps over them. Elements know no names and no node numbers, or they would not stack.
+"""
+
+import abc
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+Vec6 = Float[Array, "6"]
+Motion = tuple[Vec6, Vec6]
+
+
+class AbstractElement(eqx.Module):
+    """Any part of a machine."""
+
+
+class AbstractStation(AbstractElement):
+    """A part that has a place in the line and six coordinates there."""
+
+
+class AbstractInertia(AbstractStation):
+    """A station with mass, whose coordinates are found by the simulation."""
+
+    @abc.abstractmethod
+    def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
+        """The second derivatives of `q` under the generalized force `Q`, in closed form."""
+
+    @abc.abstractmethod
+    def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
+        """J. Written from the motion of the mass, not from `acceleration`."""
+
+    @abc.abstractmethod
+    def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
+        """Generalized force of gravity (m/s², a vector that points down)."""
+
+    @abc.abstractmethod
+    def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
+        """Potential energy in gravity, J, zero in the design position of an ideal part."""
+
+
+class AbstractPrescribed(AbstractStation):
+    """A station whose motion is given; what it takes to move it so is its `reaction`."""
+
+    # True where every coordinate but phi stays zero.
+    spin_only: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def motion(self, t: Float[Array, ""]) -> Vec6:
+        """The coordinates at time `t`; their rates follow by differentiation."""
+
+
+class Acting(AbstractElement):
+    """Has a force law: on two stations (elastic), on named ones (attachment), or on itself."""
+
+    @abc.abstractmethod
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...] | None:
+        """Generalized forces ON each station, in the order of `motions`.
+
+        Whatever `matrices` describes is left out here; `None` says that nothing else is there.
+        """
+
+
+class AbstractElastic(Acting):
+    """Joins two stations (or ports of stations), in the order of the line."""
+
+
+class AbstractAttachment(Acting):
+    """Acts at one station or more, against the ground, against each other, or from outside."""
+
+
+class Linear(AbstractElement):
+    """Has a constant linear part, which the machine assembles once a solve."""
+
+    @abc.abstractmethod
+    def matrices(self) -> tuple[Float[Array, "n n"], Float[Array, "n n"]]:
+        """Stiffness K and damping C (n = 6 for each station): the force is `-K q - C v`."""
+
+
+class Energetic(AbstractElement):
+    """Can account for its energy; written without using `forces` or `matrices`."""
+
+    @abc.abstractmethod
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
+        """Energy stored, J."""
+
+    @abc.abstractmethod
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
+        """Power turned into heat, W; never negative for a passive part."""
+
+
+class Stateful(AbstractElement):
+    """Has internal states of its own: hysteresis, filters, currents."""
+
+    @abc.abstractmethod
+    def initial(self) -> Float[Array, " k"]:
+        """The states at the start."""
+
+    @abc.abstractmethod
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
+        """Time derivatives of the states, evaluated after the accelerations."""
+
+
+class Timed(AbstractElement):
+    """Knows instants at which its force jumps; steps land there and multistep solvers restart."""
+
+    @abc.abstractmethod
+    def times(self) -> Float[Array, " n"]:
+        """The instants, s."""
+
+
+class Ported(AbstractStation):
+    """A station that can be held at other places than its geometric centre's coordinates."""
+
+    # Names of the ports that may be wired to, beside the centre itself.
+    ports: eqx.AbstractClassVar[tuple[str, ...]]
+
+    @abc.abstractmethod
+    def shift(self, port: str, q: Vec6) -> Vec6 | None:
+        """Coordinates of `port` less the station's own; `port` "" is where shafts are fixed.
+
+        `None` says that the port is the station's own centre. Forces on a port reach the station
+        with the moments that this map implies (virtual work).
+        """
+
+
+class Lumping(AbstractInertia):
+    """A station that carries a share of the adjoining shafts where the user gives none."""
+
+    @abc.abstractmethod
+    def lumped(self, neighbours: tuple[AbstractElement, ...]) -> "Lumping":
+        """The same station with the share filled in, from the elastic elements beside it."""
+
+
+class Nominal(AbstractElement):
+    """Has a balanced form, about which the exponential solvers linearise."""
+
+    @abc.abstractmethod
+    def nominal(self) -> AbstractElement:
+        """The element without what turns with the shaft (unbalance, imperfection)."""
+
+
+class Signalling(AbstractElement):
+    """Offers quantities of its own in the results, under their method's name."""
+
+    # name -> unit; `getattr(element, name)(t, motions, state)` gives the quantity.
+    signals: ClassVar[dict[str, str]] = {}

@@ -1,0 +1,233 @@
+"""Exponential integrators: exact for the stiff linear part, explicit for the smooth rest.
+
+Light bearing stations under Rayleigh damping have eigenvalues near -4e7 1/s beside a rotation at
+1e3 rad/s. That stiffness is linear and constant: with `A` the Jacobian of the balanced machine,
+`dy/dt = A y + N(t, y)` with a smooth `N`, and only N limits the step.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .weights import (
+    AdamsWeights,
+    RungeKuttaWeights,
+    adams_weights,
+    extrapolation,
+    runge_kutta_weights,
+)
+
+# Sub-steps of ETD4RK in each step of the multistep method while its history fills.
+START_REFINEMENT = 4
+# Step lengths agree when they differ by less than this part of the longest one prepared.
+_LENGTH_TOLERANCE = 1e-7
+
+Vector = Float[Array, " d"]
+
+
+class _State(eqx.Module):
+    """`lengths` are the prepared ones, the regular first; `history` holds N, newest first."""
+
+    A: Float[Array, "d d"]
+    lengths: Float[Array, " m"]
+    starting: RungeKuttaWeights
+    adams: AdamsWeights | None
+    history: Float[Array, " dk"] | None
+    filled: Any
+
+
+def _linear_part(linear_part, terms, t0, y0, args) -> Float[Array, "d d"]:
+    if linear_part is not None:
+        return linear_part
+    return jax.jacfwd(lambda y: terms.vf(t0, y, args))(y0)
+
+
+def _prepare(A, lengths, substeps: int) -> RungeKuttaWeights:
+    return jax.vmap(lambda length: runge_kutta_weights(A, length / substeps))(lengths)
+
+
+def _choose(weights: RungeKuttaWeights, lengths, length) -> tuple[RungeKuttaWeights, Array]:
+    """The weights prepared for the nearest length, and whether it is that length."""
+    gap = jnp.abs(lengths - length)
+    i = jnp.argmin(gap)
+    fits = gap[i] <= _LENGTH_TOLERANCE * jnp.max(jnp.abs(lengths)) + 1e-14
+    return jax.tree.map(lambda x: x[i], weights), fits
+
+
+def _runge_kutta(N: Callable, w: RungeKuttaWeights, t, h, y: Vector, n1: Vector) -> Vector:
+    start = jnp.concatenate([y, n1])
+    base = w.half @ start
+    n2 = N(t + 0.5 * h, base)
+    n3 = N(t + 0.5 * h, base + w.bend @ (n2 - n1))
+    full = w.full @ start
+    n4 = N(t + h, full + 2 * (w.second @ (n3 - n1)))
+    middle = n2 + n3
+    return full + w.second @ (2 * middle - 3 * n1 - n4) + w.third @ (4 * (n1 - middle + n4))
+
+
+def _result(ok) -> diffrax.RESULTS:
+    return diffrax.RESULTS.where(ok, diffrax.RESULTS.successful, diffrax.RESULTS.internal_error)
+
+
+def _dense(t0, t1, y0, y1, terms, args) -> dict[str, Array]:
+    dt = t1 - t0
+    return dict(y0=y0, y1=y1, k0=dt * terms.vf(t0, y0, args), k1=dt * terms.vf(t1, y1, args))
+
+
+class ETD4RK(diffrax.AbstractSolver):
+    """Krogstad's fourth-order exponential Runge-Kutta method, at constant steps.
+
+    **Arguments:**
+
+    - `substeps`: steps of the method inside one step of diffrax.
+    - `linear_part`: A, (d, d); by default the Jacobian of the vector field at the start.
+    - `lengths`: step lengths other than the first one's that will occur, s. The weights hold for the
+      lengths they were made for; a step of another length ends with `RESULTS.internal_error`, so use
+      `diffrax.ConstantStepSize` (or `jaxrotor.simulate`, which prepares what it needs).
+
+    Source: Krogstad, J. Comput. Phys. 203 (2005) 72.
+    """
+
+    substeps: int = eqx.field(static=True, default=1)
+    linear_part: Float[Array, "d d"] | None = None
+    lengths: Float[Array, " m"] | None = None
+
+    term_structure: ClassVar = diffrax.AbstractTerm
+    interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
+
+    def order(self, terms):
+        return 4
+
+    def init(self, terms, t0, t1, y0, args) -> _State:
+        A = _linear_part(self.linear_part, terms, t0, y0, args)
+        extra = jnp.zeros(0) if self.lengths is None else self.lengths
+        lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
+        return _State(A, lengths, _prepare(A, lengths, self.substeps), None, None, None)
+
+    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
+        state = solver_state
+        weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+        h = (t1 - t0) / self.substeps
+
+        def N(t, y):
+            return terms.vf(t, y, args) - state.A @ y
+
+        def one(y, i):
+            t = t0 + i * h
+            return _runge_kutta(N, weights, t, h, y, N(t, y)), None
+
+        y1, _ = jax.lax.scan(one, y0, jnp.arange(self.substeps))
+        return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
+
+    def func(self, terms, t0, y0, args):
+        return terms.vf(t0, y0, args)
+
+
+class ExponentialAdams(diffrax.AbstractSolver):
+    """Exponential Adams method, predict-evaluate-correct-evaluate, at constant steps.
+
+    Integrates the linear part exactly and the polynomial through the last `order` values of the
+    rest; two evaluations a step at any order. It starts, and restarts after a jump in force, by short
+    steps of `ETD4RK`.
+
+    **Arguments:**
+
+    - `order`: number of past values, 2 to 7.
+    - `substeps`, `linear_part`, `lengths`: as for `ETD4RK`; a step of another than the regular
+      length is made by ETD4RK too, and the history starts anew behind it.
+
+    Source: Hochbruck & Ostermann, BIT 51 (2011) 889; the paper's own solver, ode113, is the classical
+    Adams PECE method.
+    """
+
+    order_: int = eqx.field(static=True, default=6)
+    substeps: int = eqx.field(static=True, default=1)
+    linear_part: Float[Array, "d d"] | None = None
+    lengths: Float[Array, " m"] | None = None
+
+    term_structure: ClassVar = diffrax.AbstractTerm
+    interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
+
+    def __init__(self, order: int = 6, substeps: int = 1, linear_part=None, lengths=None):
+        if order not in range(2, 8):
+            raise ValueError(f"Argument `order` must be 2 to 7, but is {order}")
+        self.order_, self.substeps = order, substeps
+        self.linear_part, self.lengths = linear_part, lengths
+
+    def order(self, terms):
+        return self.order_
+
+    def init(self, terms, t0, t1, y0, args) -> _State:
+        A = _linear_part(self.linear_part, terms, t0, y0, args)
+        extra = jnp.zeros(0) if self.lengths is None else self.lengths
+        lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
+        return _State(
+            A,
+            lengths,
+            _prepare(A, lengths, self.substeps * START_REFINEMENT),
+            adams_weights(A, lengths[0] / self.substeps, self.order_),
+            jnp.zeros(self.order_ * y0.size),
+            jnp.zeros((), int),
+        )
+
+    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
+        state = solver_state
+        h = (t1 - t0) / self.substeps
+        d = y0.size
+
+        def N(t, y):
+            return terms.vf(t, y, args) - state.A @ y
+
+        def push(history, value):
+            return jnp.concatenate([value, history[:-d]])
+
+        filled = jnp.where(made_jump, 0, state.filled)
+        regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
+
+        # `history` holds N at t0 in front once it is filled: the last evaluation of a step
+        def multistep(y, history):
+            ahead = np.kron(extrapolation(self.order_), np.eye(1)).ravel()
+
+            def one(carry, i):
+                y, history = carry
+                t = t0 + (i + 1) * h
+                predicted = state.adams.predict @ jnp.concatenate([y, history])  # pyright: ignore
+                expected = ahead @ history.reshape(-1, d)
+                y = predicted + state.adams.correct @ (N(t, predicted) - expected)  # pyright: ignore
+                return (y, push(history, N(t, y))), None
+
+            (y, history), _ = jax.lax.scan(one, (y, history), jnp.arange(self.substeps))
+            return y, history, filled, jnp.array(True)
+
+        def start(y, history):
+            weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+            short = h / START_REFINEMENT
+
+            def fine(y, t):
+                return _runge_kutta(N, weights, t, short, y, N(t, y)), None
+
+            def one(carry, i):
+                y, history = carry
+                t = t0 + i * h
+                y, _ = jax.lax.scan(fine, y, t + short * jnp.arange(START_REFINEMENT))
+                return (y, push(history, N(t + h, y))), None
+
+            first = jnp.where(filled == 0, push(history, N(t0, y)), history)
+            (y, history), _ = jax.lax.scan(one, (y, first), jnp.arange(self.substeps))
+            count = jnp.maximum(filled, 1) + self.substeps
+            return y, history, jnp.where(regular, count, 0), fits
+
+        y1, history, filled, fits = jax.lax.cond(
+            (filled >= self.order_) & regular, multistep, start, y0, state.history
+        )
+        new = eqx.tree_at(lambda s: (s.history, s.filled), state, (history, filled))
+        return y1, None, _dense(t0, t1, y0, y1, terms, args), new, _result(fits)
+
+    def func(self, terms, t0, y0, args):
+        return terms.vf(t0, y0, args)

@@ -1,0 +1,73 @@
+"""Weights of the exponential methods: constant matrices, computed once a solve."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .phi import balance, phi_functions
+
+Matrix = Float[Array, "d d"]
+
+
+class RungeKuttaWeights(eqx.Module):
+    """Krogstad's ETD4RK for steps of one length: Krogstad, J. Comput. Phys. 203 (2005) 72, eq. (51).
+
+    The first axis of every entry counts lengths where several are prepared. (Cox and Matthews' own
+    ETDRK4 falls to first order on these machines: its second half step starts from stage two.)
+    """
+
+    half: Float[Array, "d 2d"]  # stage 2 from (y, n1)
+    bend: Matrix  # stage 3: h phi_2(z/2)
+    full: Float[Array, "d 2d"]  # stage 4 from (y, n1)
+    second: Matrix  # h phi_2(z)
+    third: Matrix  # h phi_3(z)
+
+
+def runge_kutta_weights(A: Matrix, h: Float[Array, ""]) -> RungeKuttaWeights:
+    d = balance(A)
+    (h0, h1, h2, _), (f0, f1, f2, f3) = phi_functions(h * A * d[None, :] / d[:, None], 3) * (
+        d[:, None] / d[None, :]
+    )
+    eye = jnp.eye(A.shape[0])
+    return RungeKuttaWeights(
+        jnp.concatenate([h0 + eye, 0.5 * h * h1], axis=1),
+        h * h2,
+        jnp.concatenate([f0 + eye, h * f1], axis=1),
+        h * f2,
+        h * f3,
+    )
+
+
+class AdamsWeights(eqx.Module):
+    """`predict` acts on (y, N_n, ..., N_{n-k+1}); `correct` on what the evaluation at the predicted
+    point adds to the extrapolated polynomial."""
+
+    predict: Float[Array, "d dk"]
+    correct: Matrix
+
+
+def extrapolation(k: int) -> np.ndarray:
+    """Value at s = 1 of the polynomial through s = 0, -1, ..., 1-k: its weights."""
+    return np.array([(-1) ** j * np.prod([(k - i) / (i + 1) for i in range(j + 1)]) for j in range(k)])
+
+
+def adams_weights(A: Matrix, h: Float[Array, ""], k: int) -> AdamsWeights:
+    """The polynomial through the past k values of N, integrated exactly with exp(hA).
+
+    `∫_0^1 e^((1-s) hA) s^m ds = m! phi_{m+1}(hA)`. Source: Hochbruck & Ostermann, BIT 51 (2011) 889,
+    exponential Adams methods; the corrector, by our own derivation, adds the point n+1.
+    """
+    d = balance(A)
+    _, phi = phi_functions(h * A * d[None, :] / d[:, None], k + 1)
+    phi = phi * (d[:, None] / d[None, :])
+    moments = h * np.cumprod([1, *range(1, k + 1)]).reshape(-1, 1, 1) * phi[1:]  # of s^m, m <= k
+
+    nodes = -np.arange(k, dtype=float)
+    lagrange = np.linalg.inv(np.vander(nodes, k, increasing=True))  # columns: basis polynomials
+    weights = jnp.einsum("mj,mab->jab", lagrange, moments[:k])
+    # the polynomial that vanishes at the past nodes and is one at s = 1
+    omega = np.poly(nodes)[::-1]
+    correct = jnp.einsum("m,mab->ab", omega / omega.sum(), moments)
+    first = phi[0] + jnp.eye(A.shape[0])
+    return AdamsWeights(jnp.concatenate([first, *weights], axis=1), correct)
