@@ -81,6 +81,9 @@ def parameter_fields(module: eqx.Module) -> Iterator[tuple[dataclasses.Field, An
 
 def is_concrete(value: Any) -> bool:
     """Whether the numbers are known: false for what `jit` or `vmap` traces."""
+    if not isinstance(value, jax.core.Tracer):
+        return True
+    # under grad a tracer wraps a known number
     return not isinstance(jax.lax.stop_gradient(value), jax.core.Tracer)
 
 

@@ -23,27 +23,31 @@ class Evaluation(NamedTuple):
     """One evaluation, all arrays component-first over nodes (n_nodes + n_ground) or stations.
 
     `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node.
-    `reaction`: generalized constraint forces ON each station. `forces`: those of the connectors ON
-    each node. `states`: internal ones; `rates`: their derivatives.
+    `reaction`: generalized constraint forces ON each station. `loads`: all others ON each station
+    with mass, its weight among them. `states`: internal ones; `rates`: their derivatives.
     """
 
     q: Array
     v: Array
     a: Array
     nodes: tuple[Array, Array]
-    forces: Array
+    loads: Array
     reaction: Array
     states: Array
     rates: Array
 
 
+Reference = tuple[Array, Array, Array]
+
+
 def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:
     """dy/dt, as `diffrax.ODETerm` takes it."""
-    return _field(t, y, system, system.reference(t))
+    return relative_field(t, y, system, system.reference(t))
 
 
-def _field(t, y, system: System, reference) -> Array:
-    u, s, z = _unpack(t, y, system, reference)
+def relative_field(t, y, system: System, reference: Reference) -> Float[Array, " d"]:
+    """dy/dt where y is measured from the spin `reference` = (angle, speed, acceleration)."""
+    u, s, z = unpack(t, y, system, reference)
     ev = _evaluate(t, u, s, z, system, reference, outputs=False)
     free = system.layout.free
     n = 6 * system.layout.n_mass
@@ -60,13 +64,19 @@ def jacobian(system: System, speed: Float[Array, ""]) -> Float[Array, "d d"]:
     zero = jnp.zeros_like(speed)
     reference = (zero, speed, zero)
     y = jnp.concatenate([jnp.zeros(2 * len(system.layout.free)), initial_states(system)])
-    return jax.jacfwd(lambda y: _field(zero, y, system, reference))(y)
+    return jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
 
 
-def evaluate(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Evaluation:
+def evaluate(
+    t: Float[Array, ""],
+    y: Float[Array, " d"],
+    system: System,
+    reference: Reference | None = None,
+) -> Evaluation:
     """Everything about one instant, reactions included."""
-    reference = system.reference(t)
-    u, s, z = _unpack(t, y, system, reference)
+    if reference is None:
+        reference = system.reference(t)
+    u, s, z = unpack(t, y, system, reference)
     return _evaluate(t, u, s, z, system, reference, outputs=True)
 
 
@@ -76,16 +86,16 @@ def initial_states(system: System) -> Float[Array, " k"]:
 
 
 def pack(
-    t: Float[Array, ""], q: Array, v: Array, states: Array, system: System
+    q: Array, v: Array, states: Array, system: System, reference: Reference
 ) -> Float[Array, " d"]:
     """The flat state of stations' coordinates `q`, `v` (6, n_mass), internal order."""
-    phi, w, _ = system.reference(t)
+    phi, w, _ = reference
     index = np.array(system.layout.free, dtype=int)
     u, s = (q - _PHI * phi).ravel()[index], (v - _PHI * w).ravel()[index]
     return jnp.concatenate([u, s, states])
 
 
-def _unpack(t, y, system: System, reference) -> tuple[Array, Array, Array]:
+def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Array]:
     """Relative coordinates and rates (6, n_mass), held ones filled in, and internal states."""
     layout = system.layout
     held = layout.held
@@ -140,12 +150,12 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
-    a, reaction = _accelerate(t, q, v, on_stations, system)
+    a, reaction, loads = _accelerate(t, q, v, on_stations, system)
     rates = _rates(t, N, V, a, q, v, z, system)
     if outputs and g:
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
         reaction = jnp.concatenate([reaction, -Q[:, m:]], axis=1)
-    return Evaluation(q, v, a, (N, V), Q, reaction, z, rates)
+    return Evaluation(q, v, a, (N, V), loads, reaction, z, rates)
 
 
 def _spread(x: Array, layout, shift: Array | None) -> Array:
@@ -218,16 +228,16 @@ def _gather(Q: Array, extra: list, count: int) -> Array:
     return Q
 
 
-def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array, Array]:
-    accelerations, reactions = [], []
+def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array, Array, Array]:
+    parts = []
     for group, element in zip(system.layout.stations, system.stations):
         at = slice(group.start, group.stop)
 
         def one(e, q, v, Q, held=None, group=group):
             Q = Q + e.weight(q, system.gravity)
             if not group.held:
-                return e.acceleration(q, v, Q), jnp.zeros(6)
-            return held_acceleration(e, q, v, Q, group.held, held)
+                return e.acceleration(q, v, Q), jnp.zeros(6), Q
+            return *held_acceleration(e, q, v, Q, group.held, held), Q
 
         held = None
         if group.held:
@@ -236,12 +246,11 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
                 for row in group.motions
             ]
             held = jnp.stack([jnp.stack(row) for row in given], axis=-1)
-        a, reaction = jax.vmap(one, in_axes=-1, out_axes=-1)(
-            element, q[:, at], v[:, at], Q[:, at], held
+        parts.append(
+            jax.vmap(one, in_axes=-1, out_axes=-1)(element, q[:, at], v[:, at], Q[:, at], held)
         )
-        accelerations.append(a)
-        reactions.append(reaction)
-    return jnp.concatenate(accelerations, axis=1), jnp.concatenate(reactions, axis=1)
+    a, reaction, loads = (jnp.concatenate(each, axis=1) for each in zip(*parts))
+    return a, reaction, loads
 
 
 def _rates(t, N, V, a, q, v, z, system: System) -> Array:

@@ -17,7 +17,7 @@ from jaxtyping import Array, Float
 
 from .weights import (
     AdamsWeights,
-    RungeKuttaWeights,
+    STAGES,
     adams_weights,
     extrapolation,
     runge_kutta_weights,
@@ -36,7 +36,7 @@ class _State(eqx.Module):
 
     A: Float[Array, "d d"]
     lengths: Float[Array, " m"]
-    starting: RungeKuttaWeights
+    starting: Float[Array, "m 5 d 5d"]
     adams: AdamsWeights | None
     history: Float[Array, " dk"] | None
     filled: Any
@@ -48,27 +48,28 @@ def _linear_part(linear_part, terms, t0, y0, args) -> Float[Array, "d d"]:
     return jax.jacfwd(lambda y: terms.vf(t0, y, args))(y0)
 
 
-def _prepare(A, lengths, substeps: int) -> RungeKuttaWeights:
+def _prepare(A, lengths, substeps: int) -> Array:
     return jax.vmap(lambda length: runge_kutta_weights(A, length / substeps))(lengths)
 
 
-def _choose(weights: RungeKuttaWeights, lengths, length) -> tuple[RungeKuttaWeights, Array]:
+def _choose(weights: Array, lengths, length) -> tuple[Array, Array]:
     """The weights prepared for the nearest length, and whether it is that length."""
     gap = jnp.abs(lengths - length)
     i = jnp.argmin(gap)
     fits = gap[i] <= _LENGTH_TOLERANCE * jnp.max(jnp.abs(lengths)) + 1e-14
-    return jax.tree.map(lambda x: x[i], weights), fits
+    return weights[i], fits
 
 
-def _runge_kutta(N: Callable, w: RungeKuttaWeights, t, h, y: Vector, n1: Vector) -> Vector:
-    start = jnp.concatenate([y, n1])
-    base = w.half @ start
-    n2 = N(t + 0.5 * h, base)
-    n3 = N(t + 0.5 * h, base + w.bend @ (n2 - n1))
-    full = w.full @ start
-    n4 = N(t + h, full + 2 * (w.second @ (n3 - n1)))
-    middle = n2 + n3
-    return full + w.second @ (2 * middle - 3 * n1 - n4) + w.third @ (4 * (n1 - middle + n4))
+def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Vector]:
+    """The state after one step of ETD4RK, and N at its start."""
+
+    def stage(values, i):
+        x = weights[i] @ values.ravel()
+        return values.at[i + 1].set(N(t + h * jnp.asarray(STAGES)[i], x)), None
+
+    first = jnp.zeros((5, y.size)).at[0].set(y)
+    values, _ = jax.lax.scan(stage, first, jnp.arange(4))
+    return weights[4] @ values.ravel(), values[1]
 
 
 def _result(ok) -> diffrax.RESULTS:
@@ -119,8 +120,7 @@ class ETD4RK(diffrax.AbstractSolver):
             return terms.vf(t, y, args) - state.A @ y
 
         def one(y, i):
-            t = t0 + i * h
-            return _runge_kutta(N, weights, t, h, y, N(t, y)), None
+            return _runge_kutta(N, weights, t0 + i * h, h, y)[0], None
 
         y1, _ = jax.lax.scan(one, y0, jnp.arange(self.substeps))
         return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
@@ -190,17 +190,18 @@ class ExponentialAdams(diffrax.AbstractSolver):
         filled = jnp.where(made_jump, 0, state.filled)
         regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
 
-        # `history` holds N at t0 in front once it is filled: the last evaluation of a step
+        # `history` holds N at the steps before t0, newest first; each step adds its own start
         def multistep(y, history):
-            ahead = np.kron(extrapolation(self.order_), np.eye(1)).ravel()
+            ahead = extrapolation(self.order_)
 
             def one(carry, i):
                 y, history = carry
-                t = t0 + (i + 1) * h
+                t = t0 + i * h
+                history = push(history, N(t, y))
                 predicted = state.adams.predict @ jnp.concatenate([y, history])  # pyright: ignore
                 expected = ahead @ history.reshape(-1, d)
-                y = predicted + state.adams.correct @ (N(t, predicted) - expected)  # pyright: ignore
-                return (y, push(history, N(t, y))), None
+                y = predicted + state.adams.correct @ (N(t + h, predicted) - expected)  # pyright: ignore
+                return (y, history), None
 
             (y, history), _ = jax.lax.scan(one, (y, history), jnp.arange(self.substeps))
             return y, history, filled, jnp.array(True)
@@ -209,22 +210,20 @@ class ExponentialAdams(diffrax.AbstractSolver):
             weights, fits = _choose(state.starting, state.lengths, t1 - t0)
             short = h / START_REFINEMENT
 
-            def fine(y, t):
-                return _runge_kutta(N, weights, t, short, y, N(t, y)), None
-
-            def one(carry, i):
+            def fine(carry, i):
                 y, history = carry
-                t = t0 + i * h
-                y, _ = jax.lax.scan(fine, y, t + short * jnp.arange(START_REFINEMENT))
-                return (y, push(history, N(t + h, y))), None
+                t = t0 + i * short
+                new, n1 = _runge_kutta(N, weights, t, short, y)
+                history = jnp.where(i % START_REFINEMENT == 0, push(history, n1), history)
+                return (new, history), None
 
-            first = jnp.where(filled == 0, push(history, N(t0, y)), history)
-            (y, history), _ = jax.lax.scan(one, (y, first), jnp.arange(self.substeps))
-            count = jnp.maximum(filled, 1) + self.substeps
-            return y, history, jnp.where(regular, count, 0), fits
+            (y, history), _ = jax.lax.scan(
+                fine, (y, history), jnp.arange(self.substeps * START_REFINEMENT)
+            )
+            return y, history, jnp.where(regular, filled + self.substeps, 0), fits
 
         y1, history, filled, fits = jax.lax.cond(
-            (filled >= self.order_) & regular, multistep, start, y0, state.history
+            (filled >= self.order_ - 1) & regular, multistep, start, y0, state.history
         )
         new = eqx.tree_at(lambda s: (s.history, s.filled), state, (history, filled))
         return y1, None, _dense(t0, t1, y0, y1, terms, args), new, _result(fits)

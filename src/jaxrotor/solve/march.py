@@ -22,15 +22,14 @@ def march(
     jumps: Bool[Array, " n"],
     y0: Float[Array, " d"],
     args: Any,
-    regular: Float[Array, ""],
+    state: Any,
     watch: Callable[[Array], None] | None = None,
 ) -> Float[Array, "n d"]:
     """The states at the `knots`, the first being `y0`.
 
     `jumps[i]` says that the force jumps at `knots[i]`, so that the step from there starts afresh.
-    `regular` is the length that most steps have. `watch` is told of each step's number.
+    `state` is what the solver's `init` gave. `watch` is told of each step's number.
     """
-    state = solver.init(terms, knots[0], knots[0] + regular, y0, args)
     leaves, tree = jax.tree.flatten(state)
 
     def step(y, leaves, t0, t1, jump):

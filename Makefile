@@ -1,0 +1,42 @@
+# make help lists the targets. Everything is installed in .venv, once for each set of extras.
+PYTHON ?= $(shell python3.11 -c "" 2>/dev/null && echo python3.11 || echo python3)
+WORKERS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint benchmark clean
+
+help: ## this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(VENV)/.core ## simulate the two-rotor start-up of the paper, with figures, into results/
+	$(BIN)/jaxrotor run configs/two_rotor_startup.toml
+
+test: $(VENV)/.test ## run the tests
+	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
+
+lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+benchmark: $(VENV)/.benchmarks ## time the program beside its peers
+	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
+
+clean: ## remove the environment and the caches; results stay
+	rm -rf $(VENV) .cache .pytest_cache .ruff_cache
+
+# Each stamp says that its extra has been installed for the pyproject.toml and constraints of now.
+$(VENV)/.python:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "jaxrotor needs Python 3.11: make PYTHON=...")'
+	$(PYTHON) -m venv $(VENV)
+	touch $@
+
+$(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/.python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
+	touch $@
+
+$(VENV)/.test $(VENV)/.dev $(VENV)/.benchmarks: $(VENV)/.%: pyproject.toml constraints.txt | $(VENV)/.python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[$*]'
+	touch $@

@@ -1,0 +1,175 @@
+"""The command line: `jaxrotor run|check|show STUDY.toml`.
+
+JAX is imported after the arguments are read, so that `--help` answers at once, and 64-bit floats are
+set here, by the program, never by the library.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+
+OK, INPUT, FAILED, INTERRUPTED = 0, 2, 3, 130
+
+_ABOUT = """\
+Simulates rotating machines in transient states: run-up, run-down, shocks.
+
+A study is one TOML file. It holds the machine, element by element from left to right, every
+quantity with its unit, and what to simulate:
+
+  title = "A rotor on a shaft"
+  [machine]
+  gravity = ["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]
+  [[machine.line]]
+  name = "disc"
+  kind = "Rotor"
+  mass = "6 kg"
+  polar_inertia = "0.0187 kg*m^2"
+  transverse_inertia = "0.0102 kg*m^2"
+  unbalance = { eccentricity = "0.05 mm" }
+  [[machine.line]]
+  name = "shaft"
+  kind = "Shaft"
+  length = "200 mm"
+  diameter = "12 mm"
+  rayleigh = ["0.002 1/s", "1e-4 s"]
+  [[machine.line]]
+  name = "end"
+  kind = "PrescribedSpin"
+  profile = { kind = "CosineRamp", speed = "3000 rpm", duration = "2 s" }
+  [simulation]
+  t_end = "3 s"
+  sample_rate = "1 kHz"
+"""
+
+_EXAMPLES = """\
+examples:
+  jaxrotor check configs/two_rotor_startup.toml            find every mistake, run nothing
+  jaxrotor show configs/two_rotor_startup.toml             draw the machine, to scale
+  jaxrotor run configs/two_rotor_startup.toml              simulate, into results/two_rotor_startup/
+  jaxrotor run configs/two_rotor_startup.toml --out /tmp/a simulate, into another folder
+
+what `run` writes:
+  response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
+  summary.json   peaks, the speeds at which they occur, settings, versions, timings
+  *.png          the figures
+
+exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
+what was computed before is kept; 130 interrupted, nothing was kept.
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    raw = argparse.RawDescriptionHelpFormatter
+    top = argparse.ArgumentParser(
+        prog="jaxrotor", description=_ABOUT, epilog=_EXAMPLES, formatter_class=raw
+    )
+    top.add_argument("--version", action="store_true", help="print the version and stop")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND")
+
+    def command(name: str, words: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(
+            name, help=words, description=f"{words[0].upper()}{words[1:]}.", formatter_class=raw
+        )
+        sub.add_argument("study", metavar="STUDY", type=Path, help="a study file (.toml)")
+        return sub
+
+    run = command("run", "simulate a study; write data, summary and figures")
+    run.add_argument("--out", metavar="DIR", type=Path, help="folder (default: results/<study>)")
+    run.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    run.add_argument(
+        "--force", action="store_true", help="write into a folder that holds other files too"
+    )
+    command("check", "validate a study, all of it; run nothing")
+    show = command("show", "draw the machine of a study, side view to scale")
+    show.add_argument("--out", metavar="FILE", type=Path, help="picture (default: <study>.png)")
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command; returns the exit status."""
+    top = parser()
+    given = top.parse_args(arguments)
+    if given.version:
+        print(f"jaxrotor {version()}")
+        return OK
+    if given.command is None:
+        top.print_help()
+        return OK
+    try:
+        _set_up()
+        return {"run": _run, "check": _check, "show": _show}[given.command](given)
+    except InputError as error:
+        for problem in error.problems:
+            print(problem, file=sys.stderr)
+        if len(error.problems) > 1:
+            print(f"{len(error.problems)} problems; nothing was run.", file=sys.stderr)
+        return INPUT
+    except KeyboardInterrupt:
+        print("\nInterrupted: nothing was written.", file=sys.stderr)
+        return INTERRUPTED
+    except OSError as error:
+        where = f"`{error.filename}`: " if error.filename else ""
+        print(f"{where}cannot be written ({error.strerror}): choose --out", file=sys.stderr)
+        return INPUT
+
+
+def version() -> str:
+    import importlib.metadata
+
+    try:
+        return importlib.metadata.version("jaxrotor")
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def _set_up() -> None:
+    os.environ.setdefault("MPLBACKEND", "Agg")
+    os.environ["JAX_ENABLE_X64"] = "1"
+    import jax
+
+    jax.config.update("jax_enable_x64", True)  # where something imported JAX before
+
+
+def _load(path: Path) -> Any:
+    from .study import load
+
+    return load(path)
+
+
+def _check(given: argparse.Namespace) -> int:
+    study = _load(given.study)
+    machine, settings = study.machine, study.settings
+    kinds = [type(e).__name__ for e in machine.elements().values()]
+    counted = ", ".join(f"{kinds.count(k)} {k}" for k in dict.fromkeys(kinds))
+    print(
+        f"{given.study}: in order: {counted}; {settings.t_end:g} s at {settings.sample_rate:g} Hz"
+    )
+    return OK
+
+
+def _show(given: argparse.Namespace) -> int:
+    from .plot import draw_machine
+    from .study.files import written_whole
+
+    study = _load(given.study)
+    target = given.out or Path(f"{study.name}.png")
+    figure = draw_machine(study.machine)
+    with written_whole(target) as part:
+        figure.savefig(part, dpi=150, bbox_inches="tight", format=target.suffix[1:] or "png")
+    print(target)
+    return OK
+
+
+def _run(given: argparse.Namespace) -> int:
+    from .study.run import run_study
+
+    return run_study(_load(given.study), given.out, quiet=given.quiet, force=given.force)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""From a machine to its motion: steps, solvers, starts and results."""

@@ -1,0 +1,83 @@
+"""Where the machine rests under its weight."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..kinematics import COORDINATES
+from ..machine.field import Reference, evaluate, initial_states, n_free
+from ..machine.machine import Machine
+from ..machine.system import System, assemble
+from ..parameter import is_concrete
+from .newton import newton_root
+from .state import State, from_flat
+
+_ITERATIONS = 25
+
+
+def static_equilibrium(machine: Machine) -> State:
+    """The machine at rest under gravity and constant loads at t = 0, by Newton's method.
+
+    A spin that nothing holds (a torque-driven line) is held at its given angle. Differentiable.
+    Raises `InputError` where some other motion is free under a load.
+    """
+    machine.check()
+    state, rest = _equilibrium(machine)
+    if is_concrete(rest):
+        refuse_unbalanced(machine, rest)
+    return state
+
+
+@eqx.filter_jit
+def _equilibrium(machine: Machine) -> tuple[State, Array]:
+    system = assemble(machine)
+    zero = jnp.zeros(())
+    reference = (system.reference(zero)[0], zero, zero)
+    y = resting(system, reference)
+    return from_flat(zero, y, system, reference), unbalanced_loads(system, y, reference)
+
+
+def resting(system: System, reference: Reference) -> Float[Array, " d"]:
+    """The flat state of rest, measured from `reference`, whose speed must be zero."""
+    n = n_free(system)
+    z = initial_states(system)
+    index = np.array(system.layout.free, dtype=int)
+
+    def loads(u):
+        y = jnp.concatenate([u, jnp.zeros(n), z])
+        return evaluate(jnp.zeros(()), y, system, reference).loads.ravel()[index]
+
+    u = newton_root(loads, jnp.zeros(n), _ITERATIONS, 1e-12)
+    return jnp.concatenate([u, jnp.zeros(n), z])
+
+
+def unbalanced_loads(system: System, y, reference: Reference) -> Float[Array, "n 6"]:
+    """What is left of the loads on the free coordinates of each station, machine's order."""
+    loads = evaluate(jnp.zeros(()), y, system, reference).loads
+    free = np.zeros(loads.size)
+    free[np.array(system.layout.free, dtype=int)] = 1.0
+    loads = loads * free.reshape(loads.shape)
+    grounded = jnp.concatenate([loads, jnp.zeros((6, system.layout.n_ground))], axis=1)
+    return grounded.T[np.array(system.layout.internal)]
+
+
+def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
+    """Raises where something beside a free spin would start to move."""
+    left = np.abs(np.asarray(rest))
+    if not np.all(np.isfinite(left)):
+        raise InputError(
+            "no static equilibrium was found: Newton's method left the finite numbers; start from "
+            'initial="undeformed"'
+        )
+    left[:, 5] = 0.0
+    weight = 1e-6 * (1.0 + np.linalg.norm(np.asarray(machine.gravity)))
+    station, coordinate = np.unravel_index(np.argmax(left), left.shape)
+    if left[station, coordinate] > weight:
+        unit = "N" if coordinate < 3 else "N*m"
+        raise InputError(
+            f"no static equilibrium: `{machine.wiring.stations[station]}` is free to move along "
+            f"{COORDINATES[coordinate]} under a load of {left[station, coordinate]:.3g} {unit}: "
+            f"support it, fix that coordinate, or start from initial=\"undeformed\""
+        )

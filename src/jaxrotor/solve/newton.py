@@ -1,0 +1,54 @@
+"""Newton's method for equilibria and periodic motions, with exact derivatives of the root."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+# Singular values below this part of the largest count as a free motion, along which nothing moves.
+FREE_MOTION = 1e-11
+
+
+def solve_linear(matrix: Float[Array, "d d"], right: Float[Array, " d"]) -> Float[Array, " d"]:
+    """Least-norm solution of a system with metres, radians and free motions in it.
+
+    Rows and columns are scaled to a like size first, so that 'least' and 'singular' mean something.
+    """
+    size = jnp.abs(jax.lax.stop_gradient(matrix))
+    rows = size.max(1)
+    rows = jnp.where(rows > 0, rows, 1.0)
+    columns = (size / rows[:, None]).max(0)
+    columns = jnp.where(columns > 0, columns, 1.0)
+    inverse = jnp.linalg.pinv(matrix / rows[:, None] / columns[None, :], rtol=FREE_MOTION)
+    return inverse @ (right / rows) / columns
+
+
+def newton_root(
+    residual: Callable[[Array], Array], start: Float[Array, " d"], iterations: int, rtol: float
+) -> Float[Array, " d"]:
+    """A root near `start`, differentiable in both modes by the implicit function theorem.
+
+    It stops when the step no longer changes the solution by more than `rtol` of its size, or after
+    `iterations`; the caller checks the residual. Where the Jacobian is singular (free motions) the
+    least step is taken, so a free coordinate stays where it started.
+    """
+
+    def solve(f, x):
+        def going(carry):
+            x, step, i = carry
+            return (i < iterations) & (jnp.max(jnp.abs(step)) > rtol * jnp.max(jnp.abs(x)))
+
+        def once(carry):
+            x, _, i = carry
+            jacobian, value = jax.jacfwd(lambda x: (f(x),) * 2, has_aux=True)(x)
+            step = solve_linear(jacobian, value)
+            return x - step, step, i + 1
+
+        x, _, _ = jax.lax.while_loop(going, once, (x, jnp.full_like(x, jnp.inf), 0))
+        return x
+
+    def tangent_solve(g, right):
+        return solve_linear(jax.jacfwd(g)(jnp.zeros_like(right)), right)
+
+    return jax.lax.custom_root(residual, start, solve, tangent_solve)

@@ -1,0 +1,276 @@
+"""The result of a run, by the names of the machine's parts."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..kinematics import spin_speed
+from ..machine.field import Evaluation, evaluate
+from ..machine.machine import Machine
+from ..machine.system import System, assemble
+from ..machine.wiring import unknown
+from ..protocol import Acting, Linear, Ported, Signalling
+
+
+class RunInfo(eqx.Module):
+    """How a response was made."""
+
+    solver: str = eqx.field(static=True)
+    order: int | None = eqx.field(static=True, default=None)
+    substeps: int | None = eqx.field(static=True, default=None)
+    initial: str = eqx.field(static=True, default="")
+    step: Any = None
+    linearised_at: Any = None
+    planned_top_speed: Any = None
+    pilot_error: Any = None
+    tolerance: Any = None
+    seconds: Any = None
+    steps: Any = None
+    steady_gap: Any = None
+
+
+class Response(eqx.Module):
+    """Samples of a run; `response["main"].x` and so on.
+
+    - `t`: (nt,), s.
+    - `y`: (nt, d), the solver's own state at the samples.
+    - `machine`: the machine that ran.
+    - `response["name"]`: a `StationResponse` or a `ConnectorResponse`.
+    - `stats`: how it was made: solver, step (s), the error that the pilot saw, seconds spent.
+
+    A pytree: it can be returned from `jit` and `vmap`. A batch has a leading axis everywhere:
+    `response.member(i)` takes one out.
+    """
+
+    machine: Machine
+    t: Float[Array, " nt"]
+    y: Float[Array, "nt d"]
+    info: RunInfo
+
+    def __getitem__(self, name: str) -> "StationResponse | ConnectorResponse":
+        if self.t.ndim != 1:
+            raise InputError("this is a batch of responses: take one out with `response.member(i)`")
+        wiring = self.machine.wiring
+        if name in wiring.stations:
+            return StationResponse(self, name)
+        if name in wiring.connectors:
+            return ConnectorResponse(self, name)
+        raise InputError(unknown("element", name, wiring.order))
+
+    def member(self, i: int) -> "Response":
+        """Response i of a batch."""
+        return jax.tree.map(lambda x: x[i], self)
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        found = {name: getattr(self.info, name) for name in RunInfo.__dataclass_fields__}
+        return {
+            name: value.item() if hasattr(value, "item") and np.ndim(value) == 0 else value
+            for name, value in found.items()
+            if value is not None
+        }
+
+    def failed_at(self) -> int | None:
+        """Index of the first sample that is not finite, or `None`."""
+        bad = ~np.all(np.isfinite(np.asarray(self.y)), axis=-1)
+        return int(np.argmax(bad)) if bad.any() else None
+
+    def until(self, sample: int) -> "Response":
+        """The samples before `sample`."""
+        return eqx.tree_at(lambda r: (r.t, r.y), self, (self.t[:sample], self.y[:sample]))
+
+    def to_xarray(self):
+        """An `xarray.Dataset`: position, velocity, acceleration and reaction over time, station and
+        coordinate, the elements' own signals over time and element; units and settings as attributes.
+        """
+        from .export import to_xarray
+
+        return to_xarray(self)
+
+    def save(self, path: str | os.PathLike) -> Path:
+        """Writes netCDF, whole or not at all."""
+        path = Path(path)
+        dataset = self.to_xarray()
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+        os.close(handle)
+        try:
+            dataset.to_netcdf(temporary, engine="h5netcdf")
+            os.replace(temporary, path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+        return path
+
+
+@eqx.filter_jit
+def _evaluate_all(machine: Machine, t: Array, y: Array) -> Evaluation:
+    """Every sample, in the machine's order of stations: arrays (nt, n, 6); nodes stay internal."""
+    system = assemble(machine)
+    ev = jax.vmap(lambda t, y: evaluate(t, y, system))(t, y)
+    order = np.array(system.layout.internal)
+
+    def sort(x):
+        return jnp.swapaxes(x, 1, 2)[:, order]
+
+    return Evaluation(
+        sort(ev.q), sort(ev.v), sort(ev.a), ev.nodes, ev.loads, sort(ev.reaction), ev.states, ev.rates
+    )
+
+
+class _Part:
+    """What stations and connectors have in common: signals of their own."""
+
+    def __init__(self, response: Response, name: str):
+        self._response, self._name = response, name
+        self._element = response.machine[name]
+        self._all: Evaluation | None = None
+
+    def _evaluation(self) -> Evaluation:
+        if self._all is None:
+            r = self._response
+            self._all = _evaluate_all(r.machine, r.t, r.y)
+        return self._all
+
+    def signals(self) -> dict[str, str]:
+        """name -> unit of the element's own quantities, each an attribute here."""
+        return self._element.signals if isinstance(self._element, Signalling) else {}
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self.signals():
+            known = [k for k in dir(type(self)) if not k.startswith("_")] + list(self.signals())
+            raise AttributeError(f"`{self._name}`: {unknown('result', name, known)}")
+        r = self._response
+        return _signal(r.machine, r.t, self._evaluation(), self._name, name)
+
+
+@eqx.filter_jit
+def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) -> Array:
+    system = assemble(machine)
+    element = machine.filled()[name]
+    nodes, states = _places(machine, system, name)
+
+    def one(t, q, v, z):
+        motions = tuple((q[:, i], v[:, i]) for i in nodes)
+        return getattr(element, signal)(t, motions, z[states] if states.size else None)
+
+    return jax.vmap(one)(t, *ev.nodes, ev.states)
+
+
+def _places(machine: Machine, system: System, name: str) -> tuple[list[int], np.ndarray]:
+    """Nodes of an element's ends, and rows of its internal states."""
+    layout = system.layout
+    if name in machine.wiring.stations:
+        index = layout.internal[machine.wiring.stations.index(name)]
+        if index >= layout.n_mass:
+            index += layout.n_nodes - layout.n_mass
+        nodes, member = [index], None
+    else:
+        which = machine.wiring.connectors.index(name)
+        group = next(g for g in layout.connectors if which in g.members)
+        member = group.members.index(which)
+        nodes = [end[member] for end in group.nodes]
+    for actor in system.actors:
+        first, last = actor.states
+        if last > first and any(tuple(e[k] for e in actor.nodes) == tuple(nodes)
+                                for k in range(len(actor.nodes[0]))):
+            many = len(actor.nodes[0])
+            k = [tuple(e[k] for e in actor.nodes) for k in range(many)].index(tuple(nodes))
+            return nodes, np.arange(first + k, last, many)
+    return nodes, np.zeros(0, int)
+
+
+class StationResponse(_Part):
+    """One station over time. Displacements in m, angles in rad, along and about x, y, z; the angles
+    are 1-2-3 with phi the spin.
+
+    Beside what is listed here, an element's own signals: a bearing's `bearing_force` (nt, 3), N.
+    """
+
+    def _index(self) -> int:
+        return self._response.machine.wiring.stations.index(self._name)
+
+    @property
+    def position(self) -> Float[Array, "nt 6"]:
+        """x, y, z, psi, theta, phi."""
+        return self._evaluation().q[:, self._index()]
+
+    @property
+    def velocity(self) -> Float[Array, "nt 6"]:
+        """Rates of `position`; the last is phi', not `speed`."""
+        return self._evaluation().v[:, self._index()]
+
+    @property
+    def acceleration(self) -> Float[Array, "nt 6"]:
+        """Second derivatives of `position`."""
+        return self._evaluation().a[:, self._index()]
+
+    @property
+    def reaction(self) -> Float[Array, "nt 6"]:
+        """Generalized constraint force ON the station where its motion is given: N, N·m. The last
+        entry of a driven end is the drive's torque; 0 for what is free."""
+        return self._evaluation().reaction[:, self._index()]
+
+    @property
+    def power(self) -> Float[Array, " nt"]:
+        """Power of `reaction`, W: what the drive puts in."""
+        return jnp.sum(self.reaction * self.velocity, axis=1)
+
+    x = property(lambda self: self.position[:, 0], doc="m")
+    y = property(lambda self: self.position[:, 1], doc="m")
+    z = property(lambda self: self.position[:, 2], doc="m")
+    psi = property(lambda self: self.position[:, 3], doc="rad")
+    theta = property(lambda self: self.position[:, 4], doc="rad")
+    phi = property(lambda self: self.position[:, 5], doc="rad")
+
+    @property
+    def speed(self) -> Float[Array, " nt"]:
+        """Speed about the shaft's own axis, rad/s: phi' + psi' sin theta."""
+        return spin_speed(self.position.T, self.velocity.T)
+
+    @property
+    def mass_centre(self) -> Float[Array, "nt 3"]:
+        """Where the mass centre is, m; the geometric centre for a balanced part."""
+        element, q = self._element, self.position
+        if isinstance(element, Ported) and "mass_centre" in element.ports:
+            shift = jax.vmap(lambda p: element.shift("mass_centre", p))(q)
+            return q[:, :3] + shift[:, :3]
+        return q[:, :3]
+
+
+class ConnectorResponse(_Part):
+    """One shaft, coupling or attachment over time: its own signals, such as a shaft's `torque`
+    (nt,), N·m, and the forces that it exerts."""
+
+    @property
+    def forces(self) -> Float[Array, "nt ends 6"]:
+        """Generalized force ON each of its stations (or ports), in the order of its ends."""
+        r = self._response
+        return _forces(r.machine, r.t, self._evaluation(), self._name)
+
+
+@eqx.filter_jit
+def _forces(machine: Machine, t: Array, ev: Evaluation, name: str) -> Array:
+    system = assemble(machine)
+    element = machine.filled()[name]
+    nodes, states = _places(machine, system, name)
+
+    def one(t, q, v, z):
+        motions = tuple((q[:, i], v[:, i]) for i in nodes)
+        total = jnp.zeros((len(nodes), 6))
+        if isinstance(element, Linear):
+            K, C = element.matrices()
+            q, v = (jnp.concatenate([m[i] for m in motions]) for i in (0, 1))
+            total -= (K @ q + C @ v).reshape(-1, 6)
+        if isinstance(element, Acting):
+            own = element.forces(t, motions, z[states] if states.size else None)
+            total += 0.0 if own is None else jnp.stack(own)
+        return total
+
+    return jax.vmap(one)(t, *ev.nodes, ev.states)

@@ -1,0 +1,50 @@
+"""The state of a machine as its user sees it: stations in the order of the machine."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..machine.field import Reference, initial_states, pack, unpack
+from ..machine.system import System
+
+
+class State(eqx.Module):
+    """Coordinates and rates of every station, in the machine's order (`machine.wiring.stations`).
+
+    - `position`: (n, 6), m and rad: x, y, z, psi, theta, phi.
+    - `velocity`: (n, 6), m/s and rad/s.
+    - `internal`: the elements' internal states, flat; `None` stands for their own initial ones.
+
+    What is prescribed (a driven end, a fixed coordinate) is taken from the machine, not from here.
+    """
+
+    position: Float[Array, "n 6"]
+    velocity: Float[Array, "n 6"]
+    internal: Float[Array, " k"] | None = None
+
+
+def to_flat(state: State, system: System, reference: Reference) -> Float[Array, " d"]:
+    """The solver's state."""
+    order = np.argsort(np.array(system.layout.internal))[: system.layout.n_mass]
+    internal = initial_states(system) if state.internal is None else state.internal
+    return pack(
+        jnp.asarray(state.position, float)[order].T,
+        jnp.asarray(state.velocity, float)[order].T,
+        internal,
+        system,
+        reference,
+    )
+
+
+def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) -> State:
+    """The user's state at time `t`; driven ends included."""
+    phi, w, _ = reference
+    u, s, z = unpack(t, y, system, reference)
+    spin = jnp.zeros((6, 1)).at[5].set(1.0)
+    q, v = u + spin * phi, s + spin * w
+    if system.ground:
+        qg, vg, _ = system.given(t)
+        q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)
+    index = np.array(system.layout.internal)
+    return State(q.T[index], v.T[index], z)

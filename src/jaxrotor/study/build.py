@@ -1,0 +1,186 @@
+"""Builds elements from tables, by looking at their fields: each field's declaration says what may
+stand there and in which unit, so an element needs nothing more to be known to study files."""
+
+import dataclasses
+import inspect
+import typing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import NoneType
+from typing import Any
+
+import equinox as eqx
+
+from ..errors import InputError
+from ..parameter import problems
+from ..units import example, shown
+from .faults import Faults, guess
+from .kinds import find_kind, public_constants, public_kinds
+from .values import declared_units, driven_unit, read_parameter
+
+FAILED: Any = object()  # what could not be built; its faults have been noted
+
+
+@dataclass(frozen=True)
+class Context:
+    """Where in the file something is read. `driven`: unit of what a schedule gives. `length`:
+    motions are in m where a displacement is prescribed, not in rad."""
+
+    faults: Faults
+    place: str
+    folder: Path | None = None
+    prefix: str = ""
+    driven: str = ""
+    length: bool = False
+
+    def fault(self, key: str, predicate: str) -> Any:
+        self.faults.add(self.place, f"{self.prefix}{key} {predicate}")
+        return FAILED
+
+    def below(self, key: str, driven: str = "") -> "Context":
+        return replace(self, prefix=f"{self.prefix}{key}.", driven=driven)
+
+    def unit(self, field: dataclasses.Field) -> str:
+        unit = field.metadata["unit"] or self.driven
+        return unit.replace("rad", "m") if self.length else unit
+
+
+def build_element(cls: type, table: dict, context: Context) -> Any:
+    """The element with every check that it can make of itself, or FAILED."""
+    element = build(cls, table, context)
+    if element is FAILED:
+        return FAILED
+    found = list(problems(element, context.place))
+    context.faults.sentences += found
+    return FAILED if found else element
+
+
+def build(cls: type, table: dict, context: Context) -> Any:
+    """An instance of `cls` (any equinox module) from its table, or FAILED."""
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
+    before = len(context.faults.sentences)
+    context.faults.unknown_keys(context.place, table, fields, context.prefix)
+    values, hints = {}, _hints(cls)
+    for name, field in fields.items():
+        if name in table:
+            values[name] = _read(cls, field, hints[name], table[name], context)
+        elif (field.default, field.default_factory) == (dataclasses.MISSING, dataclasses.MISSING):
+            context.fault(name, f"is missing: write {name} = {_example(cls, field, context)}")
+    if len(context.faults.sentences) > before:
+        return FAILED
+    try:
+        return cls(**values)
+    except InputError as error:
+        context.faults.sentences += [f"`{context.place}`: {p}" for p in error.problems]
+    except (TypeError, ValueError) as error:
+        context.faults.add(context.place, f"a {cls.__name__} cannot be made of this: {error}")
+    return FAILED
+
+
+def build_nested(base: type, field: str, table: dict, context: Context, driven: str = "") -> Any:
+    """A module that stands as a table inside another: `base` itself, or the kind it names."""
+    below = context.below(field, driven)
+    table = dict(table)
+    kind = table.pop("kind", None)
+    cls: type | None = base
+    if kind is not None:
+        cls = find_kind(kind, base, context.place, context.faults, context.folder, below.prefix)
+    elif inspect.isabstract(base):
+        known = ", ".join(public_kinds(base))
+        return below.fault("kind", f'is missing: write kind = "...", one of {known}')
+    return FAILED if cls is None else build(cls, table, below)
+
+
+def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: Context) -> Any:
+    if "unit" in field.metadata:
+        units = declared_units(cls, field)
+        found, sentences = read_parameter(
+            field, value, context.unit(field), units, context.place, context.prefix + field.name
+        )
+        context.faults.sentences += sentences
+        return FAILED if sentences else found
+    options = [a for a in _flat(hint) if a is not NoneType]
+    literal = [c for a in options if typing.get_origin(a) is typing.Literal for c in a.__args__]
+    if literal:
+        if value in literal and not isinstance(value, bool):
+            return value
+        known = [str(c) for c in literal]
+        return context.fault(
+            field.name,
+            f"must be one of those known, but is {shown(value)}{guess(value, known)}",
+        )
+    modules = [a for a in options if isinstance(a, type) and issubclass(a, eqx.Module)]
+    if modules:
+        return _read_module(cls, field, modules[0], value, context)
+    for kind, words in ((bool, "true or false"), (int, "a whole number"), (str, "a text")):
+        if kind in options:
+            if isinstance(value, kind) and (kind is bool or not isinstance(value, bool)):
+                return value
+            return context.fault(field.name, f"must be {words}, but is {shown(value)}: correct it")
+    return context.fault(
+        field.name, "cannot be given in a study file: leave it out, or build the machine in Python"
+    )
+
+
+def _read_module(
+    cls: type, field: dataclasses.Field, base: type, value: Any, context: Context
+) -> Any:
+    driven = driven_unit(cls, field)
+    if isinstance(value, dict):
+        return build_nested(base, field.name, value, context, driven or "")
+    if driven is not None:
+        return _steady(field, value, driven, context)
+    convert = field.metadata.get("converter", lambda x: x)
+    fitting = {n: c for n, c in public_constants().items() if isinstance(convert(c), base)}
+    if isinstance(value, str) and value.strip().lower() in fitting:
+        return fitting[value.strip().lower()]
+    if isinstance(value, str) and fitting:
+        return context.fault(
+            field.name,
+            f"must be one of those known or a table, but is {shown(value)}{guess(value, fitting)}",
+        )
+    inside = ", ".join(f.name for f in dataclasses.fields(base)) or 'kind = "..."'
+    return context.fault(
+        field.name,
+        f"must be a table, but is {shown(value)}: write {field.name} = {{ ... }} with {inside}",
+    )
+
+
+def _steady(field: dataclasses.Field, value: Any, unit: str, context: Context) -> Any:
+    """A schedule given as one quantity: the field's own converter makes it steady."""
+    from ..units import read
+
+    try:
+        return read(value, unit)
+    except ValueError as error:
+        return context.fault(field.name, f'{error}, or a table such as {{ kind = "Step", ... }}')
+
+
+def _flat(hint: Any) -> list[Any]:
+    """The members of a union, or the hint alone."""
+    if typing.get_origin(hint) is typing.Literal or not _is_union(hint):
+        return [hint]
+    return [a for arg in typing.get_args(hint) for a in _flat(arg)]
+
+
+def _is_union(hint: Any) -> bool:
+    import types
+
+    return typing.get_origin(hint) in (typing.Union, types.UnionType)
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    try:
+        return typing.get_type_hints(cls)
+    except Exception:  # names that only a type checker sees
+        return {f.name: f.type for f in dataclasses.fields(cls)}
+
+
+def _example(cls: type, field: dataclasses.Field, context: Context) -> str:
+    if "unit" not in field.metadata:
+        return f"{example(driven_unit(cls, field) or '')}" if driven_unit(cls, field) else "{ ... }"
+    units = declared_units(cls, field)
+    if units:
+        return "[" + ", ".join(example(u) for u in units) + "]"
+    one = example(context.unit(field))
+    return one if () in field.metadata["shapes"] else f"[{one}, ...]"

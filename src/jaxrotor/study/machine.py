@@ -1,0 +1,188 @@
+"""The [machine] section: a line or a general machine, with attachments."""
+
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..machine import Machine
+from ..protocol import AbstractAttachment, AbstractElastic, AbstractElement, AbstractStation
+from ..units import read, shown
+from .build import FAILED, Context, build_element
+from .faults import Faults, guess
+from .held import read_fixed, read_prescribed
+from .kinds import find_kind
+
+_KEYS = ("line", "attachments", "elements", "connections", "gravity", "fixed", "prescribed")
+
+
+class MachineReader:
+    """Reads one [machine] table; what is wrong is added to `faults`."""
+
+    def __init__(self, table: Any, faults: Faults, folder: Path | None):
+        self.table, self.faults, self.folder = table, faults, folder
+        self.parts: dict[str, Any] = {}  # name -> element, or FAILED
+        self.stations: list[str] = []  # names that may be wired to, as far as is known
+        self.line: list[str] = []
+        self.attached: dict[str, Any] = {}  # name -> its place or places
+
+    def read(self) -> Machine | None:
+        if not isinstance(self.table, dict):
+            self.faults.add(
+                "machine", f"must be a table, but is {shown(self.table)}: write [machine]"
+            )
+            return None
+        before = len(self.faults.sentences)
+        self.faults.unknown_keys("machine", self.table, _KEYS)
+        if ("line" in self.table) == ("elements" in self.table):
+            given = "both are" if "line" in self.table else "neither is"
+            self.faults.add(
+                "machine", f"needs either [[machine.line]] or [machine.elements], but {given} given"
+            )
+        self._named_list("line", (AbstractStation, AbstractElastic))
+        self._elements()
+        self._named_list("attachments", (AbstractAttachment,))
+        connections = self._connections()
+        options = dict(
+            gravity=self._gravity(),
+            fixed=read_fixed(self.table.get("fixed", {}), self.stations, self.faults),
+            prescribed=read_prescribed(
+                self.table.get("prescribed", {}), self.stations, self.faults, self.folder
+            ),
+        )
+        if len(self.faults.sentences) > before:
+            return None
+        try:
+            if "line" in self.table:
+                attachments = {n: (self.parts[n], at) for n, at in self.attached.items()}
+                line = {n: self.parts[n] for n in self.line}
+                return Machine.in_line(line, attachments, **options)
+            return Machine(self.parts, {**connections, **self.attached}, **options)
+        except InputError as error:
+            self.faults.sentences += error.problems
+            return None
+
+    def _named_list(self, section: str, bases: tuple[type, ...]) -> None:
+        """[[machine.line]] and [[machine.attachments]]: tables with a name and a kind."""
+        given = self.table.get(section, [])
+        if not isinstance(given, list) or (section in self.table and not given):
+            self.faults.add(
+                "machine",
+                f"{section} must be a list of elements, but is {shown(given)}: write "
+                f"[[machine.{section}]] tables",
+            )
+            return
+        for i, table in enumerate(given):
+            place = f"{section}, entry {i + 1}"
+            if not isinstance(table, dict):
+                given = shown(table)
+                self.faults.add(place, f"must be a table, but is {given}: give it name and kind")
+                continue
+            name = table.get("name")
+            if name is None:
+                kind = table.get("kind", "?")
+                self.faults.add(place, f'name is missing (kind "{kind}"): write name = "..."')
+            elif self._name(place, name, "name "):
+                place = f'{section} "{name}"'
+            else:
+                name = None
+            rest = {k: v for k, v in table.items() if k != "name"}
+            if section == "attachments":
+                at = self._at(place, rest.pop("at", None))
+                self._part(place, name, rest, bases)
+                if name is not None:
+                    self.attached[name] = at
+            else:
+                self._part(place, name, rest, bases)
+                if name is not None:
+                    self.line.append(name)
+
+    def _name(self, place: str, name: Any, prefix: str = "") -> bool:
+        if not isinstance(name, str) or not name.strip():
+            self.faults.add(
+                place, f"{prefix}must be a text, but is {shown(name)}: put it in quotes"
+            )
+        elif "." in name:
+            self.faults.add(
+                place, f'{prefix}must hold no dot (paths do), but is "{name}": rename the element'
+            )
+        elif name in self.parts:
+            self.faults.add(place, f'{prefix}"{name}" is used twice: rename one of the two')
+        else:
+            return True
+        return False
+
+    def _elements(self) -> None:
+        given = self.table.get("elements", {})
+        if not isinstance(given, dict):
+            self.faults.add("machine", "elements must be tables: write [machine.elements.<name>]")
+            return
+        for name, table in given.items():
+            place = f'elements "{name}"'
+            if not isinstance(table, dict):
+                self.faults.add(place, f"must be a table, but is {shown(table)}: give it a kind")
+            elif self._name(place, name):
+                self._part(place, name, dict(table), (AbstractElement,))
+
+    def _part(self, place: str, name: str | None, table: dict, bases: tuple[type, ...]) -> None:
+        kind = table.pop("kind", None)
+        cls, element = None, FAILED
+        if kind is None:
+            self.faults.add(place, 'kind is missing: write kind = "Rotor", "Shaft" or another')
+        else:
+            cls = find_kind(kind, AbstractElement, place, self.faults, self.folder)
+        if cls is not None and not issubclass(cls, bases):
+            where = (
+                "[[machine.attachments]], with at" if bases[0] is AbstractStation else "the line"
+            )
+            self.faults.add(place, f'kind "{kind}" does not belong here: give it in {where}')
+        elif cls is not None:
+            element = build_element(cls, table, Context(self.faults, place, self.folder))
+        if name is not None:
+            self.parts[name] = element
+            if cls is None or issubclass(cls, AbstractStation):
+                self.stations.append(name)
+
+    def _at(self, place: str, at: Any, key: str = "at") -> Any:
+        """A station's name, or two; a port such as `main.mass_centre` counts as its station."""
+        if isinstance(at, list):
+            return tuple(self._at(place, one, key) for one in at)
+        if at is None:
+            self.faults.add(place, f'{key} is missing: write {key} = "..." with a station\'s name')
+        elif not isinstance(at, str):
+            self.faults.add(place, f"{key} must be a station's name, but is {shown(at)}: quote it")
+        elif at.partition(".")[0] not in self.stations:
+            self.faults.add(place, f'{key} names no station "{at}"{guess(at, self.stations)}')
+        return at
+
+    def _connections(self) -> dict[str, Any]:
+        given = self.table.get("connections", {})
+        if not isinstance(given, dict):
+            self.faults.add(
+                "machine", 'connections must be a table: write name = ["left", "right"]'
+            )
+            return {}
+        if given and "line" in self.table:
+            self.faults.add(
+                "connections", "do not go with [[machine.line]], which joins its own: remove them"
+            )
+        for name in given:
+            if name not in self.parts:
+                self.faults.add("connections", f'there is no "{name}"{guess(name, self.parts)}')
+        return {name: self._at("connections", at, name) for name, at in given.items()}
+
+    def _gravity(self) -> Any:
+        given = self.table.get("gravity", ["0 m/s^2"] * 3)
+        if not isinstance(given, list) or len(given) != 3:
+            self.faults.add(
+                "machine",
+                f"gravity must be three accelerations, but is {shown(given)}: write "
+                '["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]',
+            )
+            return None
+        numbers = []
+        for i, value in enumerate(given):
+            try:
+                numbers.append(read(value, "m/s^2"))
+            except ValueError as error:
+                self.faults.add("machine", f"gravity[{i}] {error}")
+        return numbers

@@ -1,0 +1,140 @@
+"""The sections of a study beside the machine: how to simulate it and what to report."""
+
+from typing import Annotated, Any, Literal, TypeVar, get_args
+
+import pydantic
+
+from ..units import read, shown
+from .faults import Faults, guess
+
+
+def _in(unit: str) -> Any:
+    return pydantic.BeforeValidator(lambda value: read(value, unit))
+
+
+def _above_zero(value: float) -> float:
+    if not value > 0:
+        raise ValueError(f"must be positive, but is {value:g} (SI)")
+    return value
+
+
+def _pure(value: Any) -> float:
+    return read(value, "")
+
+
+_Positive = pydantic.AfterValidator(_above_zero)
+Time = Annotated[float, _in("s"), _Positive]
+Rate = Annotated[float, _in("Hz"), _Positive]
+Speed = Annotated[float, _in("rad/s")]
+Tolerance = Annotated[float, pydantic.BeforeValidator(_pure), _Positive]
+
+
+class _Section(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+S = TypeVar("S", bound=_Section)
+
+
+class Simulation(_Section):
+    """What `jaxrotor.simulate` is asked for; SI. What is None is left to it."""
+
+    t_end: Time
+    sample_rate: Rate
+    initial: Literal["static", "steady", "undeformed"] = "static"
+    speed: Speed | None = None
+    solver: Literal["ExponentialAdams", "ETD4RK", "Kvaerno3", "Kvaerno4", "Kvaerno5"] | None = None
+    order: Literal[2, 3, 4, 5, 6, 7] | None = None
+    step: Time | None = None
+    rtol: Tolerance | None = None
+    atol: Tolerance | None = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Those of `jaxrotor.simulate` that the study gives."""
+        import diffrax
+
+        from ..solve.exponential import ETD4RK, ExponentialAdams
+
+        given = self.model_dump(exclude_none=True)
+        order, name = given.pop("order", None), given.pop("solver", None)
+        if name is None and order is None:
+            return given
+        if name in (None, "ExponentialAdams"):
+            return given | {
+                "solver": ExponentialAdams() if order is None else ExponentialAdams(order)
+            }
+        return given | {"solver": ETD4RK() if name == "ETD4RK" else getattr(diffrax, name)()}
+
+
+def check_simulation(settings: Simulation, faults: Faults) -> None:
+    """What no single setting shows."""
+    if settings.t_end * settings.sample_rate < 2:
+        faults.add(
+            "simulation",
+            f"sample_rate must give two samples or more before t_end = {settings.t_end:g} s, but is "
+            f'{settings.sample_rate:g} Hz: write "{100 / settings.t_end:.3g} Hz"',
+        )
+    if settings.order is not None and settings.solver not in (None, "ExponentialAdams"):
+        faults.add(
+            "simulation",
+            f'order goes with the solver "ExponentialAdams", but that is "{settings.solver}": '
+            "remove order",
+        )
+    for name in ("rtol", "atol"):
+        if getattr(settings, name) is not None and "Kvaerno" not in (settings.solver or ""):
+            faults.add(
+                "simulation",
+                f'{name} goes with an adaptive solver such as "Kvaerno5", but that is '
+                f'"{settings.solver or "ExponentialAdams"}": remove {name}, or give step',
+            )
+
+
+class Report(_Section):
+    """What the figures show: `main` is the station in the foreground."""
+
+    main: str | None = None
+    figures: tuple[str, ...] | None = None
+
+
+# What to write for a key that is missing.
+_EXAMPLES = {"t_end": '"10 s"', "sample_rate": '"1 kHz"'}
+
+
+def read_section(model: type[S], place: str, table: Any, faults: Faults) -> S | None:
+    """The section as a model; every fault becomes one of our sentences."""
+    if not isinstance(table, dict):
+        faults.add(place, f"must be a table, but is {shown(table)}: write [{place}]")
+        return None
+    faults.unknown_keys(place, table, model.model_fields)
+    known = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    known = {k: v for k, v in known.items() if k in model.model_fields}
+    try:
+        return model(**known)
+    except pydantic.ValidationError as error:
+        for fault in error.errors():
+            key = str(fault["loc"][0])
+            faults.add(place, f"{key} {_predicate(model, key, fault)}")
+        return None
+
+
+def _predicate(model: type[_Section], key: str, fault: Any) -> str:
+    given = shown(list(v) if isinstance(v := fault["input"], tuple) else v)
+    if fault["type"] == "missing":
+        return f"is missing: write {key} = {_EXAMPLES.get(key, '...')}"
+    if fault["type"] == "value_error":
+        return str(fault["ctx"]["error"])
+    if fault["type"] == "literal_error":
+        annotation = model.model_fields[key].annotation
+        choices = [str(c) for c in _flat(annotation) if c is not None]
+        return f"must be one of those known, but is {given}{guess(fault['input'], choices)}"
+    if key == "figures":
+        return f'must be a list of names, but has {given}: write figures = ["speed", ...]'
+    return f"must be a text, but is {given}: put it in quotes"
+
+
+def _flat(annotation: Any) -> list[Any]:
+    """Choices of a Literal, or of a union with one."""
+    found: list[Any] = []
+    for arg in get_args(annotation):
+        found += _flat(arg) if get_args(arg) else [] if isinstance(arg, type) else [arg]
+    return found

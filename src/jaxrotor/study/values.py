@@ -1,0 +1,110 @@
+"""Reads the value of one physical parameter: a quantity, or a list of them."""
+
+import dataclasses
+from typing import Any
+
+from ..parameter import _faults as bounds
+from ..parameter import as_float64
+from ..units import example, factor, known_unit, read, shown
+
+# Units that fields do not carry themselves yet (`parameter(units=...)`, `field(metadata=
+# {"drives": ...})`): of a list's entries, and of what a schedule drives.
+_SIX_STIFFNESS = ("N/m",) * 3 + ("N*m/rad",) * 3
+_SIX_DAMPING = ("N*s/m",) * 3 + ("N*m*s/rad",) * 3
+_UNITS = {
+    ("Shaft", "rayleigh"): ("1/s", "s"),
+    ("LinearSupport", "stiffness"): _SIX_STIFFNESS,
+    ("LinearSupport", "damping"): _SIX_DAMPING,
+}
+_DRIVES = {("Torque", "value"): "N*m", ("Force", "value"): "N"}
+
+
+def declared_units(cls: type, field: dataclasses.Field) -> tuple[str, ...]:
+    """Units of the entries of a short list, where they differ."""
+    return field.metadata.get("units") or _UNITS.get((cls.__name__, field.name), ())
+
+
+def driven_unit(cls: type, field: dataclasses.Field) -> str | None:
+    """The unit that a schedule in this field gives; None where the field holds no schedule."""
+    return field.metadata.get("drives") or _DRIVES.get((cls.__name__, field.name))
+
+
+def read_parameter(
+    field: dataclasses.Field,
+    value: Any,
+    unit: str,
+    units: tuple[str, ...],
+    place: str,
+    path: str,
+) -> tuple[Any, list[str]]:
+    """(the numbers in SI, faults). Shapes and bounds are those that the field declares."""
+    shapes = field.metadata["shapes"]
+    faults: list[str] = []
+
+    def fault(where: str, predicate: str) -> None:
+        faults.append(f"`{place}`: {where} {predicate}")
+
+    def entries(items: list, inner: str, where: str) -> list:
+        return [
+            entries(item, inner, f"{where}[{i}]")
+            if isinstance(item, list)
+            else number(item, inner, f"{where}[{i}]")
+            for i, item in enumerate(items)
+        ]
+
+    def number(item: Any, inner: str, where: str) -> float:
+        try:
+            return read(item, inner)
+        except ValueError as error:
+            fault(where, str(error))
+            return 1.0  # goes no further: there is a fault
+
+    single = () in shapes
+    if isinstance(value, dict):
+        found = _table(value, unit, path, fault)
+    elif isinstance(value, list):
+        if all(shape == () for shape in shapes):
+            fault(path, f"must be one quantity, but is {shown(value)}: write {example(unit)}")
+            return None, faults
+        if units and not any(isinstance(item, list) for item in value):
+            if len(value) != len(units):
+                listed = ", ".join(example(u) for u in units)
+                fault(
+                    path, f"must have {len(units)} entries, but has {len(value)}: write [{listed}]"
+                )
+                return None, faults
+            found = [number(v, u, f"{path}[{i}]") for i, (v, u) in enumerate(zip(value, units))]
+        else:  # a matrix of mixed units stays in bare SI numbers
+            found = entries(value, unit, path)
+    elif single:
+        found = number(value, unit, path)
+    else:
+        listed = ", ".join(example(u) for u in units) or f"{example(unit)}, ..."
+        fault(path, f"must be a list, but is {shown(value)}: write [{listed}]")
+        return None, faults
+    if not faults:
+        faults += bounds(field, as_float64(found), place, path)
+    return found, faults
+
+
+def _table(table: dict, unit: str, path: str, fault) -> Any:
+    """`{ unit = "rpm", values = [0, 600, 1200] }`, for lists too long to repeat the unit."""
+    given, values = table.get("unit"), table.get("values")
+    if set(table) != {"unit", "values"} or not isinstance(values, list):
+        fault(
+            path,
+            f"must be a quantity or a list, but is {shown(table)}: write "
+            f'{example(unit)}, or {{ unit = "{unit}", values = [...] }}',
+        )
+        return None
+    scale = factor(given, unit) if isinstance(given, str) and known_unit(given) else None
+    if scale is None:
+        fault(f"{path}.unit", f'must be in {unit}, but is {shown(given)}: write unit = "{unit}"')
+        return None
+    numbers = []
+    for i, item in enumerate(values):
+        try:
+            numbers.append(read(item, "") * scale)
+        except ValueError as error:
+            fault(f"{path}.values[{i}]", str(error))
+    return numbers
