@@ -62,14 +62,17 @@ def methods():
         yield "CVODE BDF, numba", f"rtol {rtol:.0e}", cvode(rtol)
 
 
-def measure(call, repeats=REPEATS):
-    """Result, compile s (first call less the best later one) and best run s."""
-    seconds = []
-    for _ in range(1 + repeats):
-        start = time.perf_counter()
-        out = jax.block_until_ready(call())
-        seconds.append(time.perf_counter() - start)
-    return out, seconds[0] - min(seconds[1:]), min(seconds[1:])
+def measure(calls):
+    """Of each: result, compile s (first call less the best later one), best run s. They take turns,
+    so that a busy moment of the computer spoils one round of all rather than all rounds of one."""
+    seconds = [[] for _ in calls]
+    results = [None] * len(calls)
+    for _ in range(1 + REPEATS):
+        for i, call in enumerate(calls):
+            start = time.perf_counter()
+            results[i] = jax.block_until_ready(call())
+            seconds[i].append(time.perf_counter() - start)
+    return [(out, s[0] - min(s[1:]), min(s[1:])) for out, s in zip(results, seconds)]
 
 
 def error_of(path, reference):
@@ -106,10 +109,11 @@ def main():
     reference = load(parser.parse_args().reference)
     print(header("diffrax", "equinox", "numba", "scikit-sundae"))
 
-    table = []
-    for method, setting, call in methods():
-        path, compiling, run = measure(call)
-        table.append((method, setting, compiling, run, error_of(path, reference)))
+    listed = list(methods())
+    table = [
+        (method, setting, compiling, run, error_of(path, reference))
+        for (method, setting, _), (path, compiling, run) in zip(listed, measure([m[2] for m in listed]))
+    ]
 
     names = list(dict.fromkeys(row[0] for row in table))
     times = {n: at_target([(e, r) for m, _, _, r, e in table if m == n]) for n in names}
@@ -128,7 +132,7 @@ def main():
         100_000,
         diffrax.SaveAt(t1=True),
     )
-    out, compiling, run = measure(lambda: implicit(True), 1)
+    ((out, compiling, run),) = measure([lambda: implicit(True)])
     steps = int(out[1])
     print(
         f"{'diffrax Kvaerno5':24}{'rtol 1e-06':14}{compiling:10.2f}{run * T_END / IMPLICIT_END:8.1f}"

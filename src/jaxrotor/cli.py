@@ -1,6 +1,6 @@
 """The command line: `jaxrotor run|check|show STUDY.toml`.
 
-JAX is imported after the arguments are read, so that `--help` answers at once, and 64-bit floats are
+JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
 """
 
@@ -110,7 +110,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"{len(error.problems)} problems; nothing was run.", file=sys.stderr)
         return INPUT
     except KeyboardInterrupt:
-        print("\nInterrupted: nothing was written.", file=sys.stderr)
+        print("\nInterrupted: nothing was written.", file=sys.stderr, flush=True)
+        if arguments is None:
+            # Compiled code runs on in threads, and an orderly exit would wait for its end.
+            os._exit(INTERRUPTED)
         return INTERRUPTED
     except OSError as error:
         where = f"`{error.filename}`: " if error.filename else ""
@@ -153,14 +156,22 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _show(given: argparse.Namespace) -> int:
+    from matplotlib.backend_bases import FigureCanvasBase
+
     from .plot import draw_machine
     from .study.files import written_whole
 
     study = _load(given.study)
     target = given.out or Path(f"{study.name}.png")
+    formats = FigureCanvasBase.get_supported_filetypes()
+    if not target.is_dir() and target.suffix[1:].lower() not in formats:
+        raise InputError(
+            f"`{target}`: must end in the name of a picture format, but ends in "
+            f'"{target.suffix}": name it {target.stem}.png, .svg or .pdf'
+        )
     figure = draw_machine(study.machine)
     with written_whole(target) as part:
-        figure.savefig(part, dpi=150, bbox_inches="tight", format=target.suffix[1:] or "png")
+        figure.savefig(part, dpi=150, bbox_inches="tight", format=target.suffix[1:])
     print(target)
     return OK
 

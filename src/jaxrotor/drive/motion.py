@@ -61,9 +61,11 @@ class CosineRamp(AbstractMotion):
     duration: Scalar = parameter("s", positive=True)
 
     def position(self, t: Scalar) -> Scalar:
-        s = jnp.clip(t / self.duration, 0.0, 1.0)
+        s = t / self.duration
         ramp = 0.5 * self.speed * self.duration * (s - jnp.sin(jnp.pi * s) / jnp.pi)
-        return ramp + self.speed * jnp.maximum(t - self.duration, 0.0)
+        after = self.speed * (t - 0.5 * self.duration)
+        # chosen, not clipped: at the very instant a clip has no one derivative
+        return jnp.where(t < 0.0, 0.0, jnp.where(t < self.duration, ramp, after))
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.zeros(0)
@@ -77,14 +79,10 @@ class LinearRamp(AbstractMotion):
     start: Scalar = parameter("rad/s", default=0.0)
 
     def position(self, t: Scalar) -> Scalar:
-        inside = jnp.clip(t, 0.0, self.duration)
         rate = (self.speed - self.start) / self.duration
-        ramp = self.start * inside + 0.5 * rate * inside**2
-        return (
-            ramp
-            + self.start * jnp.minimum(t, 0.0)
-            + self.speed * jnp.maximum(t - self.duration, 0.0)
-        )
+        ramp = self.start * t + 0.5 * rate * t**2
+        after = 0.5 * (self.start - self.speed) * self.duration + self.speed * t
+        return jnp.where(t < 0.0, self.start * t, jnp.where(t < self.duration, ramp, after))
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.stack([jnp.zeros_like(self.duration), self.duration])
@@ -130,17 +128,18 @@ class SpeedTable(AbstractMotion):
         h = jnp.diff(x)
         areas = h * (y[:-1] + y[1:]) / 2 + h**2 * (m[:-1] - m[1:]) / 12
         before = jnp.concatenate([jnp.zeros(1), jnp.cumsum(areas)])
-        inside = jnp.clip(t, x[0], x[-1])
-        i = jnp.clip(jnp.searchsorted(x, jax.lax.stop_gradient(inside), side="right") - 1, 0, h.size - 1)
-        s = (inside - x[i]) / h[i]
-        value = (
+        i = jnp.clip(jnp.searchsorted(x, jax.lax.stop_gradient(t), side="right") - 1, 0, h.size - 1)
+        s = (t - x[i]) / h[i]
+        inside = before[i] + h[i] * (
             y[i] * (s - s**3 + s**4 / 2)
             + y[i + 1] * (s**3 - s**4 / 2)
             + h[i] * m[i] * (s**2 / 2 - 2 * s**3 / 3 + s**4 / 4)
             + h[i] * m[i + 1] * (s**4 / 4 - s**3 / 3)
         )
-        outside = y[0] * jnp.minimum(t - x[0], 0.0) + y[-1] * jnp.maximum(t - x[-1], 0.0)
-        return before[i] + h[i] * value + outside + y[0] * x[0]
+        after = before[-1] + y[-1] * (t - x[-1])
+        return y[0] * x[0] + jnp.where(
+            t < x[0], y[0] * (t - x[0]), jnp.where(t < x[-1], inside, after)
+        )
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.zeros(0)

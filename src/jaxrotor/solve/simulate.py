@@ -9,12 +9,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..errors import InputError, SimulationFailed
+from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
-from .equilibrium import refuse_unbalanced, resting, unbalanced_loads
+from .checks import initial_speed, judge, sample_count
+from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .knots import knots
 from .march import march
@@ -25,9 +26,6 @@ from .state import State, to_flat
 from .steady import steady_whirl
 
 Initial = Literal["static", "steady", "undeformed"]
-
-# A periodic whirl found by shooting must come back to this part of its size.
-_STEADY_GAP = 1e-7
 
 
 def simulate(
@@ -65,12 +63,12 @@ def simulate(
     """
     require_x64()
     machine.check()
-    count = _samples(t_end, sample_rate)
-    speed = _initial_speed(machine, initial, speed)
+    count = sample_count(t_end, sample_rate)
+    speed = initial_speed(machine, initial, speed)
     exponential = solver is None or isinstance(solver, (ExponentialAdams, ETD4RK))
     if exponential:
-        chosen = _plan(machine, t_end, sample_rate, speed, solver, step)
-        solver = _with_substeps(solver, chosen)
+        chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
+        solver = with_substeps(solver, chosen)
         known = dict(
             order=chosen.order if isinstance(solver, ExponentialAdams) else 4,
             substeps=chosen.substeps,
@@ -112,79 +110,11 @@ def simulate(
     )
     response = Response(machine, jnp.arange(count) * interval, y, info)
     if concrete and is_concrete(y):
-        _judge(response, initial, checks)
+        judge(response, initial, checks)
     return response
 
 
-def _samples(t_end: Any, sample_rate: Any) -> int:
-    for name, value, unit in (("t_end", t_end, "s"), ("sample_rate", sample_rate, "Hz")):
-        if not is_concrete(value):
-            raise InputError(f"{name} sets the number of samples, so it must be a plain number")
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InputError(f"{name} must be a number in {unit}, but is {value!r}") from None
-        if not (0 < number < float("inf")):
-            raise InputError(f"{name} must be positive and finite, but is {number:g} {unit}")
-    count = int(float(t_end) * float(sample_rate) + 1e-9) + 1
-    if count < 3:
-        raise InputError(
-            f"t_end = {t_end:g} s at sample_rate = {sample_rate:g} Hz gives {count} samples: "
-            "raise one of them"
-        )
-    return count
-
-
-def _initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:
-    if not isinstance(initial, State) and initial not in ("static", "steady", "undeformed"):
-        raise InputError(
-            'initial must be "static", "steady", "undeformed" or a State, but is ' + repr(initial)
-        )
-    if isinstance(initial, State):
-        if speed is not None:
-            raise InputError("a State brings its own speeds: leave `speed` out")
-        shape = (len(machine.stations), 6)
-        for name in ("position", "velocity"):
-            if jnp.shape(getattr(initial, name)) != shape:
-                raise InputError(
-                    f"initial.{name} must have shape {shape} (stations, coordinates), but has "
-                    f"{jnp.shape(getattr(initial, name))}"
-                )
-        return jnp.zeros(())
-    if speed is not None:
-        try:
-            speed = jnp.asarray(speed, float)
-        except (TypeError, ValueError):
-            raise InputError(f"speed must be a number in rad/s, but is {speed!r}") from None
-        if speed.shape != () or (is_concrete(speed) and not bool(jnp.isfinite(speed))):
-            raise InputError(f"speed must be one finite number in rad/s, but is {speed}")
-    driven, w0 = _drive_speed(machine)
-    if driven and speed is not None and is_concrete(speed - w0):
-        if abs(float(speed) - float(w0)) > 1e-9 * max(1.0, abs(float(w0))):
-            raise InputError(
-                f"speed is {float(speed):g} rad/s, but the drive starts at {float(w0):g} rad/s: "
-                "leave speed out, or change the drive's profile"
-            )
-    if driven:
-        speed = w0
-    speed = jnp.zeros(()) if speed is None else speed
-    if isinstance(initial, str) and initial == "steady" and is_concrete(speed) and float(speed) == 0:
-        raise InputError('initial="steady" needs a speed other than 0 rad/s: give `speed`')
-    return speed
-
-
-def _drive_speed(machine: Machine) -> tuple[bool, Array]:
-    system = assemble(machine)
-    driven = bool(system.ground) or any(
-        c == 5 and motion >= 0
-        for group in system.layout.stations
-        for row in group.motions
-        for c, motion in zip(group.held, row)
-    )
-    return driven, system.reference(jnp.zeros(()))[1] if driven else jnp.zeros(())
-
-
-def _plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
+def chosen_plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
     if isinstance(step, Plan):
         return step
     order = solver.order_ if isinstance(solver, ExponentialAdams) else 6
@@ -197,7 +127,7 @@ def _plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
     return Plan(bucket(1.0 / sample_rate / float(step)), order, 0.0, nan, nan, nan)
 
 
-def _with_substeps(solver, chosen: Plan):
+def with_substeps(solver, chosen: Plan) -> ExponentialAdams | ETD4RK:
     if solver is None:
         return ExponentialAdams(chosen.order, chosen.substeps)
     if isinstance(solver, ETD4RK):
@@ -209,11 +139,15 @@ def _with_substeps(solver, chosen: Plan):
 def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoint, watch):
     system = assemble(machine)
     samples = jnp.arange(count) * interval
-    y0, checks = _start(machine, system, initial, speed)
+    y0, checks = start(machine, system, initial, speed)
     jumps = jump_times(machine)
     terms = diffrax.ODETerm(vector_field)
     if isinstance(solver, (ExponentialAdams, ETD4RK)):
-        y, steps = _march(machine, system, solver, terms, samples, jumps, y0, numbers[0], watch)
+        A = solver.linear_part
+        if A is None:
+            A = jacobian(assemble(machine, nominal=True), numbers[0])
+        y = march_samples(solver, A, terms, samples, jumps, y0, system, watch)
+        steps = jnp.asarray((count - 1) * solver.substeps)
     else:
         if fixed:
             controller: Any = diffrax.ConstantStepSize()
@@ -244,7 +178,7 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
     return y, steps, checks
 
 
-def _start(machine: Machine, system: System, initial, speed) -> tuple[Array, Array]:
+def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Array]:
     """The flat state at t = 0, and what to judge it by."""
     zero = jnp.zeros(())
     reference = system.reference(zero)
@@ -266,37 +200,11 @@ def _start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arr
     return y.at[n : 2 * n].add(spins), checks
 
 
-def _march(machine, system, solver, terms, samples, jumps, y0, at_speed, watch):
-    """The exponential solvers, with everything they need prepared."""
-    A = solver.linear_part
-    if A is None:
-        A = jacobian(assemble(machine, nominal=True), at_speed)
+def march_samples(solver, A, terms, samples, jumps, y0, system, watch=None) -> Float[Array, "nt d"]:
+    """The states at the samples by an exponential solver, with everything it needs prepared."""
     at = knots(samples, jumps)
     solver = eqx.tree_at(
         lambda s: (s.linear_part, s.lengths), solver, (A, at.lengths), is_leaf=lambda x: x is None
     )
     state = solver.init(terms, samples[0], samples[1], y0, system)
-    y = march(solver, terms, at.times, at.jumps, y0, system, state, watch)
-    return y[at.samples], jnp.asarray((samples.shape[0] - 1) * solver.substeps)
-
-
-def _judge(response: Response, initial, checks) -> None:
-    """After a concrete run: is it one?"""
-    if isinstance(initial, str) and initial == "static":
-        refuse_unbalanced(response.machine, checks)
-    if isinstance(initial, str) and initial == "steady" and not float(checks) < _STEADY_GAP:
-        raise InputError(
-            f"no periodic whirl was found: after a turn the state differs by {float(checks):.1e} of "
-            "its size; the torques on the line do not balance at this speed, or it is unstable there"
-        )
-    sample = response.failed_at()
-    if sample is not None:
-        kept = response.until(sample)
-        raise SimulationFailed(
-            f"the run left the finite numbers between t = {float(response.t[max(0, sample - 1)]):.6g} s "
-            f"and {float(response.t[sample]):.6g} s ({response.info.solver}, "
-            f"{response.info.substeps or 'adaptive'} steps a sample): take a smaller step "
-            "(step=...), or look for an instability of the machine there; "
-            f"the {sample} samples before are in the exception's `response`",
-            kept,
-        )
+    return march(solver, terms, at.times, at.jumps, y0, system, state, watch)[at.samples]

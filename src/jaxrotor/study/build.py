@@ -59,12 +59,12 @@ def build(cls: type, table: dict, context: Context) -> Any:
     """An instance of `cls` (any equinox module) from its table, or FAILED."""
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     before = len(context.faults.sentences)
-    context.faults.unknown_keys(context.place, table, fields, context.prefix)
+    meant = context.faults.unknown_keys(context.place, table, fields, context.prefix)
     values, hints = {}, _hints(cls)
     for name, field in fields.items():
         if name in table:
             values[name] = _read(cls, field, hints[name], table[name], context)
-        elif (field.default, field.default_factory) == (dataclasses.MISSING, dataclasses.MISSING):
+        elif name not in meant and field.default is field.default_factory is dataclasses.MISSING:
             context.fault(name, f"is missing: write {name} = {_example(cls, field, context)}")
     if len(context.faults.sentences) > before:
         return FAILED

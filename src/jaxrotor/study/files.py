@@ -9,8 +9,8 @@ from pathlib import Path
 
 from ..errors import InputError
 
-# What tells a folder of ours from one that holds something else; moved in last.
-MARKER = "summary.json"
+# What tells a folder of ours from one that holds something else; the summary is moved in last.
+MARKERS = ("response.nc", "summary.json")
 
 
 @contextmanager
@@ -45,7 +45,7 @@ def folder_written_whole(target: Path, force: bool = False) -> Iterator[Path]:
         if not target.exists():
             os.replace(part, target)
         else:
-            for file in sorted(part.iterdir(), key=lambda f: (f.name == MARKER, f.name)):
+            for file in sorted(part.iterdir(), key=lambda f: (f.name == MARKERS[-1], f.name)):
                 os.replace(file, target / file.name)
     finally:
         shutil.rmtree(part, ignore_errors=True)
@@ -57,7 +57,7 @@ def check_folder(target: Path, force: bool) -> None:
         raise InputError(f"`{target}`: is a file: choose another folder with --out")
     if target.is_dir() and not force:
         names = [p.name for p in target.iterdir()]
-        if names and MARKER not in names:
+        if names and not set(names) & set(MARKERS):
             raise InputError(
                 f"`{target}`: holds files that no run wrote (`{sorted(names)[0]}`): choose another "
                 "folder with --out, or add --force to write among them"

@@ -130,7 +130,8 @@ class MachineReader:
             self.faults.add(place, 'kind is missing: write kind = "Rotor", "Shaft" or another')
         else:
             cls = find_kind(kind, AbstractElement, place, self.faults, self.folder)
-        if cls is not None and not issubclass(cls, bases):
+        misplaced = cls is not None and not issubclass(cls, bases)
+        if misplaced:
             where = (
                 "[[machine.attachments]], with at" if bases[0] is AbstractStation else "the line"
             )
@@ -139,7 +140,8 @@ class MachineReader:
             element = build_element(cls, table, Context(self.faults, place, self.folder))
         if name is not None:
             self.parts[name] = element
-            if cls is None or issubclass(cls, AbstractStation):
+            # what is not known, or misplaced, may well be meant as a station: no second sentence
+            if cls is None or misplaced or issubclass(cls, AbstractStation):
                 self.stations.append(name)
 
     def _at(self, place: str, at: Any, key: str = "at") -> Any:

@@ -1,5 +1,6 @@
 """What `jaxrotor run` does: simulate a study, write everything, say where it is."""
 
+import json
 import platform
 import sys
 import time
@@ -39,7 +40,8 @@ def run_study(
             if failure is None:
                 raise
             # Half a run need not make whole figures: the data are what counts.
-            print(f"No report of the failed run: {error}", file=sys.stderr)
+            print(f"No figures of the failed run: {error}", file=sys.stderr)
+            (part / "summary.json").write_text(json.dumps(extra, indent=2, default=str) + "\n")
         names = sorted(p.name for p in part.iterdir())
     if failure is not None:
         print(f"{failure}\nWhat was computed before is in {folder}/response.nc", file=sys.stderr)

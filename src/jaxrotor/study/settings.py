@@ -71,7 +71,7 @@ def check_simulation(settings: Simulation, faults: Faults) -> None:
     if settings.t_end * settings.sample_rate < 2:
         faults.add(
             "simulation",
-            f"sample_rate must give two samples or more before t_end = {settings.t_end:g} s, but is "
+            f"sample_rate must give two samples before t_end = {settings.t_end:g} s, but is "
             f'{settings.sample_rate:g} Hz: write "{100 / settings.t_end:.3g} Hz"',
         )
     if settings.order is not None and settings.solver not in (None, "ExponentialAdams"):
@@ -105,7 +105,7 @@ def read_section(model: type[S], place: str, table: Any, faults: Faults) -> S | 
     if not isinstance(table, dict):
         faults.add(place, f"must be a table, but is {shown(table)}: write [{place}]")
         return None
-    faults.unknown_keys(place, table, model.model_fields)
+    meant = faults.unknown_keys(place, table, model.model_fields)
     known = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
     known = {k: v for k, v in known.items() if k in model.model_fields}
     try:
@@ -113,7 +113,8 @@ def read_section(model: type[S], place: str, table: Any, faults: Faults) -> S | 
     except pydantic.ValidationError as error:
         for fault in error.errors():
             key = str(fault["loc"][0])
-            faults.add(place, f"{key} {_predicate(model, key, fault)}")
+            if fault["type"] != "missing" or key not in meant:
+                faults.add(place, f"{key} {_predicate(model, key, fault)}")
         return None
 
 

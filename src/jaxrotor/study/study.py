@@ -7,7 +7,7 @@ from typing import Any
 from ..errors import InputError
 from ..machine import Machine
 from ..parameter import require_x64
-from ..protocol import AbstractStation
+from ..protocol import AbstractPrescribed, AbstractStation
 from ..units import shown
 from .document import read_document
 from .faults import Faults, guess
@@ -82,13 +82,38 @@ def _text(key: str, value: Any, faults: Faults) -> str:
 
 
 def _check_start(machine: Machine, settings: Simulation, faults: Faults) -> None:
-    """Whether the line can start at the speed asked for."""
-    from ..solve.simulate import _initial_speed
+    """Whether the line can start at the speed asked for; a drive has a speed of its own."""
+    if settings.speed is None and settings.initial != "steady":
+        return
+    drive = _drive_speed(machine)
+    speed = drive if settings.speed is None else settings.speed
+    if drive is not None and abs((speed or 0.0) - drive) > 1e-9 * max(1.0, abs(drive)):
+        faults.add(
+            "simulation",
+            f"speed must be the drive's own, {drive:g} rad/s at t = 0, but is {speed:g} rad/s: "
+            "leave it out, or change the drive's profile",
+        )
+    if settings.initial == "steady" and not speed:
+        faults.add(
+            "simulation",
+            'speed must not be zero where initial is "steady" (running in whirl), but is 0 rad/s: '
+            + ('write speed = "3000 rpm"' if drive is None else "let the drive start running"),
+        )
 
-    try:
-        _initial_speed(machine, settings.initial, settings.speed)
-    except InputError as error:
-        faults.sentences += [f"`simulation`: {problem}" for problem in error.problems]
+
+def _drive_speed(machine: Machine) -> float | None:
+    """Speed of a driven end at the start, rad/s; None where the line spins freely."""
+    import jax
+
+    from ..machine.wiring import FIXED
+
+    motions = [s.motion for s in machine.stations if isinstance(s, AbstractPrescribed)]
+    held = [h for h in machine.wiring.held if h.coordinate == 5 and h.motion != FIXED]
+    if motions:
+        return float(jax.jvp(motions[0], (0.0,), (1.0,))[1][5])
+    if held:
+        return float(jax.jvp(machine.motions[held[0].motion].position, (0.0,), (1.0,))[1])
+    return None
 
 
 def _check_report(report: Report, machine: Machine, faults: Faults) -> None:

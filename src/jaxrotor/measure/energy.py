@@ -1,0 +1,163 @@
+"""The energy audit: what went in, what is stored, what was lost."""
+
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..machine.field import Evaluation, evaluate, jacobian, vector_field
+from ..machine.machine import Machine
+from ..machine.system import System, assemble, jump_times, stack
+from ..protocol import AbstractAttachment, Acting, Energetic, Stateful
+from ..solve.checks import initial_speed, sample_count
+from ..solve.plan import Plan
+from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
+
+
+class EnergyAudit(eqx.Module):
+    """Energies over time, (nt,) each, J.
+
+    `kinetic + elastic + potential - work_in + lost` should be constant; `residual` is how far it is
+    from its first value. `work_in` is done by drives (reactions of given motions) and by loads.
+    """
+
+    t: Float[Array, " nt"]
+    kinetic: Float[Array, " nt"]
+    elastic: Float[Array, " nt"]
+    potential: Float[Array, " nt"]
+    work_in: Float[Array, " nt"]
+    lost: Float[Array, " nt"]
+
+    @property
+    def residual(self) -> Float[Array, " nt"]:
+        total = self.kinetic + self.elastic + self.potential - self.work_in + self.lost
+        return total - total[0]
+
+    @property
+    def exchanged(self) -> Float[Array, ""]:
+        """The largest energy that any of the accounts has moved, J."""
+        accounts = (self.kinetic, self.elastic, self.potential, self.work_in, self.lost)
+        return jnp.max(jnp.stack([jnp.max(x) - jnp.min(x) for x in accounts]))
+
+    @property
+    def relative(self) -> Float[Array, ""]:
+        """Largest residual as part of the energy exchanged."""
+        return jnp.max(jnp.abs(self.residual)) / self.exchanged
+
+
+def energy_audit(
+    machine: Machine,
+    t_end: float,
+    sample_rate: float,
+    initial: Any = "static",
+    speed: Any = None,
+    step: Plan | float | None = None,
+) -> EnergyAudit:
+    """Runs the machine with its powers integrated beside it, by the same solver and step.
+
+    Energies and losses come from the elements' own `energy`, `power_lost`, `kinetic_energy` and
+    `height_energy`, which are written apart from their forces, so a balance means something. An
+    attachment without an energy of its own is a load: its power counts as work put in. Arguments as
+    for `simulate`; raises `InputError` where an elastic element keeps no account of its energy.
+    """
+    machine.check()
+    for name, element in machine.elements().items():
+        if isinstance(element, Acting) and not isinstance(element, (Energetic, AbstractAttachment)):
+            raise InputError(
+                f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
+                "inherit jaxrotor.Energetic and define energy and power_lost"
+            )
+    count = sample_count(t_end, sample_rate)
+    speed = initial_speed(machine, initial, speed)
+    plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
+    interval = jnp.asarray(1.0 / sample_rate, float)
+    return _audit(machine, initial, speed, plan, interval, count, jnp.asarray(plan.speed))
+
+
+@eqx.filter_jit
+def _audit(machine, initial, speed, plan, interval, count, at_speed) -> EnergyAudit:
+    system = assemble(machine)
+    books = _books(machine, system)
+    y0, _ = start(machine, system, initial, speed)
+    d = y0.size
+
+    def field(t, y, system):
+        powers = _powers(t, evaluate(t, y[:d], system), books)
+        return jnp.concatenate([vector_field(t, y[:d], system), jnp.stack(powers)])
+
+    A = jnp.pad(jacobian(assemble(machine, nominal=True), at_speed), ((0, 2), (0, 2)))
+    samples = jnp.arange(count) * interval
+    y = march_samples(
+        with_substeps(None, plan),
+        A,
+        diffrax.ODETerm(field),
+        samples,
+        jump_times(machine),
+        jnp.concatenate([y0, jnp.zeros(2)]),
+        system,
+    )
+    stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
+    kinetic, elastic, potential = stored(samples, y[:, :d])
+    return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])
+
+
+def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:
+    """Stacked elements that keep accounts or act from outside: (element, nodes of each end, whether
+    it is Energetic, rows of internal states)."""
+    layout, filled = system.layout, machine.filled()
+    groups = [
+        (element, (tuple(range(g.start, g.stop)),))
+        for element, g in zip(system.stations, layout.stations)
+    ]
+    groups += [(stack([filled.connectors[m] for m in g.members]), g.nodes) for g in layout.connectors]
+    rows = {a.nodes: a.states for a in system.actors if isinstance(a.element, Stateful)}
+    return [
+        (element, nodes, isinstance(element, Energetic), rows.get(nodes, (0, 0)))
+        for element, nodes in groups
+        if isinstance(element, (Energetic, Acting))
+    ]
+
+
+def _each(t, ev: Evaluation, book, method: str):
+    element, nodes, _, (first, last) = book
+    q, v = ev.nodes
+    motions = tuple((q[:, list(n)], v[:, list(n)]) for n in nodes)
+    state = ev.states[first:last].reshape(-1, len(nodes[0])) if last > first else None
+    return jax.vmap(lambda e, m, s: getattr(e, method)(t, m, s), in_axes=-1, out_axes=-1)(
+        element, motions, state
+    )
+
+
+def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
+    """Power put in by drives and loads, and power lost, W."""
+    put_in = jnp.sum(ev.reaction * ev.v)
+    lost = jnp.zeros(())
+    for book in books:
+        if book[2]:
+            lost = lost + jnp.sum(_each(t, ev, book, "power_lost"))
+        else:
+            forces = _each(t, ev, book, "forces") or ()
+            for nodes, force in zip(book[1], forces):
+                put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
+    return put_in, lost
+
+
+def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Array]:
+    """Kinetic, elastic and potential energy, J."""
+    kinetic = potential = elastic = jnp.zeros(())
+    for element, group in zip(system.stations, system.layout.stations):
+        at = slice(group.start, group.stop)
+        q, v = ev.q[:, at], ev.v[:, at]
+        over = dict(in_axes=-1, out_axes=-1)
+        kinetic += jnp.sum(jax.vmap(lambda e, q, v: e.kinetic_energy(q, v), **over)(element, q, v))
+        potential += jnp.sum(
+            jax.vmap(lambda e, q: e.height_energy(q, system.gravity), **over)(element, q)
+        )
+    for book in books:
+        if book[2]:
+            elastic += jnp.sum(_each(t, ev, book, "energy"))
+    return kinetic, elastic, potential
