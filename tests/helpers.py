@@ -10,19 +10,27 @@ from scipy.spatial.transform import Rotation
 TIGHT = dict(solver=diffrax.Dopri8(), rtol=1e-13, atol=1e-15)
 
 
-# A rigid body as points: the oracle of everything in `inertia`. Rotations by quaternions here.
+# A rigid body as points, in plain NumPy: the oracle of everything in `inertia`.
 
 
-def turn(axis, angle, a):
-    """`a` (..., 3) turned about a coordinate axis, by quaternion algebra."""
-    u = jnp.zeros(3).at[axis].set(jnp.sin(angle / 2))
-    return a + 2 * jnp.cross(u, jnp.cross(u, a) + jnp.cos(angle / 2) * a)
+def axes(q):
+    """Columns: the global axes about which psi', theta' and phi' turn."""
+    first = Rotation.from_euler("x", q[3]).as_matrix()
+    second = first @ Rotation.from_euler("y", q[4]).as_matrix()
+    return np.stack([np.eye(3)[0], first[:, 1], second[:, 2]], axis=1)
 
 
 def place(q, points):
     """Where the points (n, 3) of a body are when its station has the coordinates `q`."""
-    turned = turn(0, q[3], turn(1, q[4], turn(2, q[5], points)))
-    return q[:3] + turned
+    return q[:3] + points @ Rotation.from_euler("XYZ", q[3:]).as_matrix().T
+
+
+def point_jacobian(q, points):
+    """∂place/∂q, (n, 3, 6)."""
+    arms = place(q, points) - q[:3]
+    turning = [np.cross(axis, arms) for axis in axes(q).T]
+    shifting = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    return np.concatenate([shifting, np.stack(turning, axis=-1)], axis=-1)
 
 
 def cloud(mass, tensor, mass_centre):
@@ -42,26 +50,23 @@ def unbalanced_cloud(mass, polar, transverse, e=0.0, angle=0.0, gamma=0.0, gamma
     return cloud(mass, tensor, e * np.array([np.cos(angle), np.sin(angle), 0]))
 
 
-def kinetic(q, v, masses, points):
-    _, rates = jax.jvp(lambda q: place(q, points), (q,), (v,))
-    return 0.5 * jnp.sum(masses[:, None] * rates**2)
-
-
-def lagrange(q, v, masses, points):
-    """M and h of `M a + h = Q` for the points, from Lagrange's equations."""
-
-    def momentum(q, v):
-        return jax.grad(kinetic, 1)(q, v, masses, points)
-
-    M = jax.jacfwd(momentum, 1)(q, v)
-    h = jax.jvp(momentum, (q, v), (v, jnp.zeros(6)))[1] - jax.grad(kinetic)(q, v, masses, points)
-    return M, h
+def newton(q, v, masses, points):
+    """M and h of `M a + h = Q`, by virtual work of the points' masses times accelerations."""
+    J = point_jacobian(q, points)
+    arms, a = place(q, points) - q[:3], axes(q)
+    w = a @ v[3:]
+    carried = v[3] * a[:, 0], v[3] * a[:, 0] + v[4] * a[:, 1]  # what turns the 2nd and 3rd axis
+    w_t = v[4] * np.cross(carried[0], a[:, 1]) + v[5] * np.cross(carried[1], a[:, 2])
+    at_no_acceleration = np.cross(w_t, arms) + np.cross(w, np.cross(w, arms))
+    M = np.einsum("n,nai,naj->ij", masses, J, J)
+    return M, np.einsum("n,nai,na->i", masses, J, at_no_acceleration)
 
 
 def momenta(q, v, masses, points):
-    """Linear and angular momentum (about the origin) of the points."""
-    at, rates = jax.jvp(lambda q: place(q, points), (q,), (v,))
-    return masses @ rates, masses @ jnp.cross(at, rates)
+    """Kinetic energy, linear momentum, and angular momentum about the origin."""
+    rates = point_jacobian(q, points) @ v
+    angular = masses @ np.cross(place(q, points), rates)
+    return 0.5 * masses @ np.sum(rates**2, axis=1), masses @ rates, angular
 
 
 # Forces

@@ -3,9 +3,12 @@
 The simulation is a stand-in except in one test: what it computes is tested elsewhere.
 """
 
+import _thread
 import os
 import subprocess
 import sys
+import threading
+import time
 import types
 from pathlib import Path
 
@@ -96,6 +99,23 @@ def test_run_writes_everything_and_says_where(place, capsys):
         assert key in extra
 
 
+def test_a_real_run_from_file_to_file(place, monkeypatch):
+    import xarray
+
+    monkeypatch.undo()
+    monkeypatch.chdir(place)
+    monkeypatch.setitem(sys.modules, "jaxrotor.report", types.SimpleNamespace(write_report=_no_op))
+    assert main(["run", "disc.toml", "--quiet"]) == 0
+    with xarray.open_dataset("results/disc/response.nc", engine="h5netcdf") as data:
+        assert data["position"].sel(station="end", coordinate="phi").values == pytest.approx(
+            100 * np.pi * np.arange(5) * 1e-3
+        )
+
+
+def _no_op(*_):
+    pass
+
+
 def test_run_again_replaces_its_own_files_and_leaves_others(place):
     assert main(["run", "disc.toml", "--out", "a", "--quiet"]) == 0
     (place / "a/notes.txt").write_text("mine")
@@ -169,6 +189,16 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
     assert said == "Interrupted: nothing was written."
 
 
+def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch):
+    # stands for a compiled call: signals reach Python when it has ended, too late for a user
+    monkeypatch.setattr(jr, "simulate", lambda *_, **__: time.sleep(20))
+    threading.Timer(0.5, _thread.interrupt_main).start()
+    began = time.monotonic()
+    assert main(["run", "disc.toml"]) == 130
+    assert time.monotonic() - began < 10
+    assert everything(place / "results") == []
+
+
 def test_a_failure_halfway_leaves_no_half_file_either(place, monkeypatch):
     def full(self, path):
         Path(path).write_text("ha")
@@ -198,9 +228,20 @@ def test_a_failed_simulation_keeps_what_it_had(place, monkeypatch, capsys, repor
     assert "failed" in (place / "results/disc/summary.json").read_text()
     assert "Traceback" not in said
     assert (place / "results/disc/response.nc").read_text() == "data"
-    # a second run may write there, with or without a report
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: FakeResponse())
-    assert main(["run", "disc.toml"]) == 0
+    # and a second run may write there
+    assert main(["run", "disc.toml"]) == 3
+
+
+def test_figures_that_fail_do_not_cost_the_data(place, monkeypatch, capsys):
+    def no_report(*_):
+        raise ValueError("a bug in a figure")
+
+    monkeypatch.setattr(sys.modules["jaxrotor.report"], "write_report", no_report)
+    with pytest.raises(ValueError, match="a bug in a figure"):
+        main(["run", "disc.toml"])
+    assert "response.nc" in capsys.readouterr().err
+    assert everything(place / "results/disc") == ["response.nc", "summary.json"]
+    assert "a bug in a figure" in (place / "results/disc/summary.json").read_text()
 
 
 def test_check_runs_nothing(place, monkeypatch, capsys):

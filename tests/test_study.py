@@ -156,6 +156,17 @@ def test_a_table_of_speeds_names_its_unit_once(study_file):
     np.testing.assert_allclose(machine["end"].profile.speeds, np.array([0, 20, 100]) * np.pi)
 
 
+def test_matrices_stay_in_bare_si_numbers(study_file):
+    rows = np.diag([1e3, 1e3, 1e3, 1.0, 1.0, 1.0]).tolist()
+    old = 'stiffness = ["1 N/mm", "1 N/mm", "1 N/mm", "1 N*m", "1 N*m/rad", "1 N*m/rad"]'
+    machine = jr.load(study_file(GENERAL.replace(old, f"stiffness = {rows}"))).machine
+    assert machine["ground"].stiffness.tolist() == rows
+    rows[0].pop()
+    (sentence,) = problems(study_file(GENERAL.replace(old, f"stiffness = {rows}"), "disc.toml"))
+    assert 'elements "ground"' in sentence and "stiffness must have rows of one length" in sentence
+    assert "5, 6, 6, 6, 6, 6" in sentence
+
+
 def test_a_users_own_element_beside_the_study(study_file):
     study_file(
         "import jax.numpy as jnp\n"

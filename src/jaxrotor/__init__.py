@@ -27,6 +27,7 @@ from .inertia import (
     Unbalance as Unbalance,
 )
 from .machine import Machine as Machine
+from .measure.energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .parameter import parameter as parameter
 from .protocol import (
     AbstractAttachment as AbstractAttachment,
@@ -44,6 +45,5 @@ from .solve.exponential import ETD4RK as ETD4RK, ExponentialAdams as Exponential
 from .solve.plan import Plan as Plan, plan as plan
 from .solve.response import Response as Response
 from .solve.simulate import simulate as simulate
-from .measure.energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .solve.state import State as State
 from .study import Study as Study, load as load

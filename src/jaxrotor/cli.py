@@ -51,7 +51,7 @@ examples:
   jaxrotor check configs/two_rotor_startup.toml            find every mistake, run nothing
   jaxrotor show configs/two_rotor_startup.toml             draw the machine, to scale
   jaxrotor run configs/two_rotor_startup.toml              simulate, into results/two_rotor_startup/
-  jaxrotor run configs/two_rotor_startup.toml --out /tmp/a simulate, into another folder
+  jaxrotor run configs/two_rotor_startup.toml --out trial  simulate, into another folder
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -158,8 +158,8 @@ def _check(given: argparse.Namespace) -> int:
 def _show(given: argparse.Namespace) -> int:
     from matplotlib.backend_bases import FigureCanvasBase
 
+    from .files import written_whole
     from .plot import draw_machine
-    from .study.files import written_whole
 
     study = _load(given.study)
     target = given.out or Path(f"{study.name}.png")

@@ -49,6 +49,7 @@ def parameter(
     shapes: Sequence[tuple[int | None, ...]] = ((),),
     optional: bool = False,
     label: str = "",
+    units: Sequence[str] = (),
     **kwargs: Any,
 ) -> Any:
     """A field that holds a physical parameter.
@@ -60,6 +61,7 @@ def parameter(
     - `shapes`: allowed shapes; `None` stands for any length.
     - `optional`: whether `None` is allowed (filled in later, or absent).
     - `label`: a few words on its meaning, for messages and documentation.
+    - `units`: units of the entries of a short list, where they differ: `("1/s", "s")`.
     """
     metadata = dict(
         unit=unit,
@@ -68,6 +70,7 @@ def parameter(
         shapes=tuple(shapes),
         optional=optional,
         label=label,
+        units=tuple(units),
     )
     return eqx.field(converter=as_float64, metadata=metadata, **kwargs)
 

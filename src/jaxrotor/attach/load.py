@@ -19,7 +19,7 @@ class Torque(AbstractAttachment, Timed):
     Positive drives in the sense of phi. It is conjugate to phi, as the paper's torques are.
     """
 
-    value: AbstractSchedule = eqx.field(converter=_as_schedule)
+    value: AbstractSchedule = eqx.field(converter=_as_schedule, metadata={"drives": "N*m"})
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         torque = self.value.value(t)
@@ -36,7 +36,7 @@ class Force(AbstractAttachment, Timed):
     moment about the geometric centre it then has.
     """
 
-    value: AbstractSchedule = eqx.field(converter=_as_schedule)
+    value: AbstractSchedule = eqx.field(converter=_as_schedule, metadata={"drives": "N"})
     direction: Float[Array, "3"] = parameter(shapes=((3,),), default=(0.0, -1.0, 0.0))
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:

@@ -14,9 +14,13 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
     stiffness has a potential; cross-coupling counts as work lost (or fed) in the energy audit.
     """
 
-    stiffness: Float[Array, "6"] | Float[Array, "6 6"] = parameter(shapes=((6,), (6, 6)))
+    stiffness: Float[Array, "6"] | Float[Array, "6 6"] = parameter(
+        shapes=((6,), (6, 6)), units=("N/m",) * 3 + ("N*m/rad",) * 3
+    )
     damping: Float[Array, "6"] | Float[Array, "6 6"] = parameter(
-        shapes=((6,), (6, 6)), default=(0.0,) * 6
+        shapes=((6,), (6, 6)),
+        default=(0.0,) * 6,
+        units=("N*s/m",) * 3 + ("N*m*s/rad",) * 3,
     )
 
     def matrices(self) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:

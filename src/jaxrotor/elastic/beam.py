@@ -62,7 +62,6 @@ def beam_mass(length: Array, mass: Array, polar: Array) -> Float[Array, "12 12"]
     """Consistent mass from the length (m), mass rho A (kg/m) and polar rho Ip (kg·m): bending
     without rotary inertia, linear rods in tension and torsion."""
     m0, m1, m2 = _M_BENDING
-    return (
-        mass * length * (m0 + length * m1 + length**2 * m2 + _two_node(_ROD, Z))
-        + polar * length * _two_node(_ROD, PHI)
-    )
+    return mass * length * (
+        m0 + length * m1 + length**2 * m2 + _two_node(_ROD, Z)
+    ) + polar * length * _two_node(_ROD, PHI)

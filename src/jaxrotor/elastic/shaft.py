@@ -73,7 +73,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
     material: ShaftMaterial = eqx.field(converter=_as_parameters, default=STEEL)
     rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), label="alpha in 1/s, beta in s"
+        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
     )
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
@@ -150,7 +150,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         q = jnp.concatenate([m[0] for m in motions])
         v = jnp.concatenate([m[1] for m in motions])
         turn = _TURN @ q
-        carried = jnp.concatenate([m[1][5] * turn[6 * i : 6 * i + 6] for i, m in enumerate(motions)])
+        carried = jnp.concatenate(
+            [m[1][5] * turn[6 * i : 6 * i + 6] for i, m in enumerate(motions)]
+        )
         B = self.rayleigh[1] * self._stiffness()
         circulatory = B @ carried
         damping = (circulatory - B @ v) * turn
@@ -195,7 +197,11 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         return (
             0.5
             * L
-            * (total + m.youngs_modulus * area * stretch**2 + m.shear_modulus * 2 * moment * twist**2)
+            * (
+                total
+                + m.youngs_modulus * area * stretch**2
+                + m.shear_modulus * 2 * moment * twist**2
+            )
         )
 
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:

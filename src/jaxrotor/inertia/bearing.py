@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from ..protocol import Acting, AbstractElement, Energetic, Linear, Lumping, Motion, Signalling, Vec6
+from ..protocol import AbstractElement, Acting, Energetic, Linear, Lumping, Motion, Signalling, Vec6
 
 # The radial load is smoothed by this much, or every gradient at zero load would be NaN.
 LOAD_SMOOTHING = 1e-3  # N
@@ -35,7 +35,9 @@ class SelfAligningBearing(Lumping, Acting, Linear, Energetic, Signalling):
     damping: Float[Array, ""] = parameter("N*s/m", nonnegative=True)
     swing_damping: Float[Array, ""] = parameter("N*m*s/rad", nonnegative=True, default=0.0)
     friction_arm: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    shaft_mass: Float[Array, ""] | None = parameter("kg", positive=True, optional=True, default=None)
+    shaft_mass: Float[Array, ""] | None = parameter(
+        "kg", positive=True, optional=True, default=None
+    )
     shaft_transverse_inertia: Float[Array, ""] | None = parameter(
         "kg*m^2", positive=True, optional=True, default=None
     )

@@ -41,38 +41,47 @@ class RigidBody(AbstractInertia):
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
         s, c = jnp.sin(q[5]), jnp.cos(q[5])
 
-        def turned(a: Vector) -> Vector:  # from the body's frame to B
-            return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
-
         def back(a: Vector) -> Vector:
             return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
         def times(matrix: Float[Array, "3 3"], a: Vector) -> Vector:
             b = back(a)
-            rows = [matrix[i, 0] * b[0] + matrix[i, 1] * b[1] + matrix[i, 2] * b[2] for i in range(3)]
-            return turned((rows[0], rows[1], rows[2]))
+            rows = [
+                matrix[i, 0] * b[0] + matrix[i, 1] * b[1] + matrix[i, 2] * b[2] for i in range(3)
+            ]
+            return _spun(q, (rows[0], rows[1], rows[2]))
 
         J = self.tensor()
         inverse = _inverse_symmetric(J)
-        m = self.mass_centre
         return rigid_acceleration(
             q,
             v,
             Q,
             self.mass,
-            turned((m[0], m[1], m[2])),
+            self._offset(q),
             lambda a: times(J, a),
             lambda a: times(inverse, a),
         )
+
+    def _offset(self, q: Vec6) -> Vector:
+        """Mass centre less the station's centre in the frame that tilts but does not spin, m."""
+        m = self.mass_centre
+        return _spun(q, (m[0], m[1], m[2]))
 
     def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
         return rigid_kinetic_energy(q, v, self.mass, self.mass_centre, self.tensor())
 
     def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
-        return rigid_weight(q, self.mass, self.mass_centre, gravity)
+        return rigid_weight(q, self.mass, self._offset(q), gravity)
 
     def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
         return rigid_height_energy(q, self.mass, self.mass_centre, gravity)
+
+
+def _spun(q: Vec6, a: Vector) -> Vector:
+    """From the body's frame to the one that tilts but does not spin."""
+    s, c = jnp.sin(q[5]), jnp.cos(q[5])
+    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
 
 
 def _inverse_symmetric(J: Float[Array, "3 3"]) -> Float[Array, "3 3"]:

@@ -84,13 +84,12 @@ def rigid_kinetic_energy(
     return 0.5 * mass * (v_mass @ v_mass) + 0.5 * w_body @ tensor @ w_body
 
 
-def rigid_weight(
-    q: Vec6, mass: Array, offset: Float[Array, "3"], gravity: Float[Array, "3"]
-) -> Vec6:
-    """Weight at the mass centre as a generalized force at C: `∂(m g·r_P)/∂q`."""
-    arm = rotation(q) @ offset
-    moments = rotation_axes(q).T @ jnp.cross(arm, mass * gravity)
-    return jnp.concatenate([mass * gravity, moments])
+def rigid_weight(q: Vec6, mass: Array, offset: Vector, gravity: Float[Array, "3"]) -> Vec6:
+    """Weight at the mass centre as a generalized force at C: `∂(m g·r_P)/∂q`; `offset` in B, m."""
+    force = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
+    moment = cross(offset, to_tilted(q[3], q[4], force))
+    about_psi = jnp.cos(q[4]) * moment[0] + jnp.sin(q[4]) * moment[2]
+    return jnp.stack([*force, about_psi, moment[1], moment[2]])
 
 
 def rigid_height_energy(

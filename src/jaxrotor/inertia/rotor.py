@@ -71,26 +71,33 @@ class Rotor(AbstractInertia, Ported, Nominal):
 
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
         u, jt, jp = self.unbalance, self.transverse_inertia, self.polar_inertia
-        spin = q[5] + self.angle
-        at_e, at_g = spin + u.angle, spin + u.inclination_angle
-        r = (
-            u.eccentricity * jnp.cos(at_e),
-            u.eccentricity * jnp.sin(at_e),
-            jnp.zeros_like(at_e),
-        )
+        at_g = q[5] + self.angle + u.inclination_angle
         sin_g, cos_g = jnp.sin(u.inclination), jnp.cos(u.inclination)
         n = (jnp.sin(at_g) * sin_g, -jnp.cos(at_g) * sin_g, cos_g + jnp.zeros_like(at_g))
 
         # I = Jt 1 + (Jp - Jt) n nᵀ, whose inverse has the same form
         def axial(a: Vector, across: Array, along: Array) -> Vector:
             extra = (along - across) * dot(n, a)
-            return across * a[0] + extra * n[0], across * a[1] + extra * n[1], (
-                across * a[2] + extra * n[2]
+            return (
+                across * a[0] + extra * n[0],
+                across * a[1] + extra * n[1],
+                (across * a[2] + extra * n[2]),
             )
 
         return rigid_acceleration(
-            q, v, Q, self.mass, r, lambda a: axial(a, jt, jp), lambda a: axial(a, 1 / jt, 1 / jp)
+            q,
+            v,
+            Q,
+            self.mass,
+            self._offset(q),
+            lambda a: axial(a, jt, jp),
+            lambda a: axial(a, 1 / jt, 1 / jp),
         )
+
+    def _offset(self, q: Vec6) -> Vector:
+        """Mass centre less geometric centre in the frame that tilts but does not spin, m."""
+        at, e = q[5] + self.angle + self.unbalance.angle, self.unbalance.eccentricity
+        return e * jnp.cos(at), e * jnp.sin(at), jnp.zeros_like(at)
 
     def mass_centre(self) -> Float[Array, "3"]:
         """Mass centre less geometric centre in the frame that turns with phi, m."""
@@ -110,7 +117,7 @@ class Rotor(AbstractInertia, Ported, Nominal):
         return rigid_kinetic_energy(q, v, self.mass, self.mass_centre(), self.tensor())
 
     def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
-        return rigid_weight(q, self.mass, self.mass_centre(), gravity)
+        return rigid_weight(q, self.mass, self._offset(q), gravity)
 
     def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
         return rigid_height_energy(q, self.mass, self.mass_centre(), gravity)

@@ -15,8 +15,11 @@ from ..drive.motion import differentiate
 from .constraint import held_acceleration
 from .system import Actor, System
 
-_PHI = np.zeros((6, 1))
-_PHI[5] = 1.0
+
+def _add_spin(x: Array, amount: Array) -> Array:
+    """`amount` added to the phi row. (A concatenation fuses where a product with a pattern does not
+    simplify: these microseconds are most of the field's.)"""
+    return jnp.concatenate([x[:5], x[5:] + amount])
 
 
 class Evaluation(NamedTuple):
@@ -51,7 +54,7 @@ def relative_field(t, y, system: System, reference: Reference) -> Float[Array, "
     ev = _evaluate(t, u, s, z, system, reference, outputs=False)
     free = system.layout.free
     n = 6 * system.layout.n_mass
-    a = (ev.a - _PHI * reference[2]).ravel()
+    a = _add_spin(ev.a, -reference[2]).ravel()
     rates = s.ravel()
     if len(free) < n:
         index = np.array(free)
@@ -81,7 +84,11 @@ def evaluate(
 
 
 def initial_states(system: System) -> Float[Array, " k"]:
-    parts = [actor.call("initial").ravel() for actor in system.actors if actor.states[1] > actor.states[0]]
+    parts = [
+        actor.call("initial").ravel()
+        for actor in system.actors
+        if actor.states[1] > actor.states[0]
+    ]
     return jnp.concatenate([jnp.zeros(0), *parts])
 
 
@@ -91,7 +98,7 @@ def pack(
     """The flat state of stations' coordinates `q`, `v` (6, n_mass), internal order."""
     phi, w, _ = reference
     index = np.array(system.layout.free, dtype=int)
-    u, s = (q - _PHI * phi).ravel()[index], (v - _PHI * w).ravel()[index]
+    u, s = _add_spin(q, -phi).ravel()[index], _add_spin(v, -w).ravel()[index]
     return jnp.concatenate([u, s, states])
 
 
@@ -109,7 +116,9 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
         spin = np.array([p // layout.n_mass == 5 for p in held], float)
         at = np.argsort(np.array([*layout.free, *held]))
         u, s = (
-            jnp.concatenate([x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]])[at]
+            jnp.concatenate([x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]])[
+                at
+            ]
             for i, x in enumerate((u, s))
         )
     return u.reshape(6, n // 6), s.reshape(6, n // 6), z
@@ -123,7 +132,7 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     layout = system.layout
     phi, w, _ = reference
     n, m, g = layout.n_mass, layout.n_nodes, layout.n_ground
-    q, v = u + _PHI * phi, s + _PHI * w
+    q, v = _add_spin(u, phi), _add_spin(s, w)
 
     # nodes: relative motion for the assembled part, absolute for force laws
     shift, shift_t, pull = _ports(q, v, system)
@@ -131,16 +140,16 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     whole = outputs or (g and not system.quiet_ground)
     if whole and g:
         qg, vg, ag = system.given(t)
-        U = jnp.concatenate([U, qg - _PHI * phi], axis=1)
-        S = jnp.concatenate([S, vg - _PHI * w], axis=1)
+        U = jnp.concatenate([U, _add_spin(qg, -phi)], axis=1)
+        S = jnp.concatenate([S, _add_spin(vg, -w)], axis=1)
     matrix = system.whole if whole else system.moving
     state = jnp.concatenate([U.ravel(), S.ravel()])
     count = U.shape[1]
     spin = system.spin if whole else system.spin.reshape(6, m + g, 2)[:, :m].reshape(-1, 2)
     Q = (matrix @ state + spin[:, 0] * phi + spin[:, 1] * w).reshape(6, count)
 
-    N, V = U + _PHI * phi, S + _PHI * w
-    if system.actors and g and not whole:
+    N, V = _add_spin(U, phi), _add_spin(S, w)
+    if g and not whole and any(n >= m for a in system.actors for end in a.nodes for n in end):
         qg, vg, _ = system.given(t)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
     extra = [_act(t, actor, N, V, z) for actor in system.actors]
@@ -193,9 +202,9 @@ def _act(t, actor: Actor, N: Array, V: Array, z: Array):
     """Forces of one stacked force law: a list of (6, members), one for each end, with its nodes."""
     motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)
     states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0])) if _has_state(actor) else None
-    forces = jax.vmap(
-        lambda e, m, s: e.forces(t, m, s), in_axes=-1, out_axes=-1
-    )(actor.element, motions, states)
+    forces = jax.vmap(lambda e, m, s: e.forces(t, m, s), in_axes=-1, out_axes=-1)(
+        actor.element, motions, states
+    )
     return None if forces is None else list(zip(actor.nodes, forces))
 
 
@@ -234,7 +243,9 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
         at = slice(group.start, group.stop)
 
         def one(e, q, v, Q, held=None, group=group):
-            Q = Q + e.weight(q, system.gravity)
+            # row by row: the sum with a whole weight vector would not fuse with what follows
+            weight = e.weight(q, system.gravity)
+            Q = jnp.stack([Q[i] + weight[i] for i in range(6)])
             if not group.held:
                 return e.acceleration(q, v, Q), jnp.zeros(6), Q
             return *held_acceleration(e, q, v, Q, group.held, held), Q
@@ -242,7 +253,10 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
         held = None
         if group.held:
             given = [
-                [differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t for m in row]
+                [
+                    differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t
+                    for m in row
+                ]
                 for row in group.motions
             ]
             held = jnp.stack([jnp.stack(row) for row in given], axis=-1)

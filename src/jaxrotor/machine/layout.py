@@ -182,5 +182,3 @@ def _ports(machine: Machine, groups, nodes) -> tuple[Port, ...]:
                     )
                 )
     return tuple(found)
-
-

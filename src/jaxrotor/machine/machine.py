@@ -57,9 +57,7 @@ class Machine(eqx.Module):
         wiring, stations, connectors = wire(elements, connections)
         check_connected(wiring)
         held, motions = _hold(wiring, stations, fixed or {}, prescribed or {})
-        self.wiring = Wiring(
-            wiring.stations, wiring.connectors, wiring.ends, held, wiring.order
-        )
+        self.wiring = Wiring(wiring.stations, wiring.connectors, wiring.ends, held, wiring.order)
         self.stations = tuple(stations)  # pyright: ignore
         self.connectors = tuple(connectors)
         self.motions = motions
@@ -129,9 +127,7 @@ class Machine(eqx.Module):
     def connections(self) -> dict[str, tuple[str, ...]]:
         """connector -> the places of its ends."""
         return {
-            name: tuple(
-                self.wiring.stations[s] + (f".{port}" if port else "") for s, port in ends
-            )
+            name: tuple(self.wiring.stations[s] + (f".{port}" if port else "") for s, port in ends)
             for name, ends in zip(self.wiring.connectors, self.wiring.ends)
         }
 
@@ -155,9 +151,12 @@ class Machine(eqx.Module):
             return (lambda m: m), self, ["gravity"]
         for held in self.wiring.held:
             if steps and held.motion != FIXED and path.startswith(self._held_path(held) + "."):
-                return (lambda m: m.motions[held.motion]), self.motions[held.motion], steps[1:]
+                which = held.motion
+                return (lambda m, which=which: m.motions[which]), self.motions[which], steps[1:]
         if head not in self.wiring.order:
-            raise InputError(f"`{path}`: {unknown('element', head, (*self.wiring.order, 'gravity'))}")
+            raise InputError(
+                f"`{path}`: {unknown('element', head, (*self.wiring.order, 'gravity'))}"
+            )
         return (lambda m: m[head]), self[head], steps
 
     def get(self, path: str) -> Any:
@@ -264,4 +263,3 @@ def _hold(
         if places.count((s, c)) > 1:
             raise InputError(f"`{wiring.stations[s]}`: {COORDINATES[c]} is held twice")
     return tuple(sorted(held, key=lambda h: (h.station, h.coordinate))), tuple(motions)
-

@@ -23,9 +23,9 @@ class Actor(eqx.Module):
 
     def call(self, method: str, *args, **kwargs):
         """`element.method(...)` mapped over the stack, which is the last axis everywhere."""
-        return jax.vmap(
-            lambda e, a: getattr(e, method)(*a), in_axes=-1, out_axes=-1, **kwargs
-        )(self.element, args)
+        return jax.vmap(lambda e, a: getattr(e, method)(*a), in_axes=-1, out_axes=-1, **kwargs)(
+            self.element, args
+        )
 
 
 class System(eqx.Module):
@@ -90,9 +90,7 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
         connectors = [c.nominal() if isinstance(c, Nominal) else c for c in connectors]
     layout = lay_out(machine)
     groups = tuple(stack([stations[m] for m in g.members]) for g in layout.stations)
-    joined = [
-        (stack([connectors[m] for m in g.members]), g.nodes) for g in layout.connectors
-    ]
+    joined = [(stack([connectors[m] for m in g.members]), g.nodes) for g in layout.connectors]
     own = [
         (stacked, (tuple(range(g.start, g.stop)),))
         for stacked, g in zip(groups, layout.stations)
@@ -155,9 +153,7 @@ def _assemble_linear(layout: Layout, parts) -> tuple[Array, Array, Array]:
 def jump_times(machine: Machine) -> Float[Array, " n"]:
     """Every instant at which some element's force jumps, unsorted."""
     parts = [
-        part.times()
-        for part in (*machine.stations, *machine.connectors)
-        if isinstance(part, Timed)
+        part.times() for part in (*machine.stations, *machine.connectors) if isinstance(part, Timed)
     ]
     parts += [motion.jumps() for motion in machine.motions]
     return jnp.concatenate([jnp.zeros(0), *parts])

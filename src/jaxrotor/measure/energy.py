@@ -113,7 +113,9 @@ def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tup
         (element, (tuple(range(g.start, g.stop)),))
         for element, g in zip(system.stations, layout.stations)
     ]
-    groups += [(stack([filled.connectors[m] for m in g.members]), g.nodes) for g in layout.connectors]
+    groups += [
+        (stack([filled.connectors[m] for m in g.members]), g.nodes) for g in layout.connectors
+    ]
     rows = {a.nodes: a.states for a in system.actors if isinstance(a.element, Stateful)}
     return [
         (element, nodes, isinstance(element, Energetic), rows.get(nodes, (0, 0)))

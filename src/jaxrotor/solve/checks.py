@@ -69,7 +69,12 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
     if driven:
         speed = w0
     speed = jnp.zeros(()) if speed is None else speed
-    if isinstance(initial, str) and initial == "steady" and is_concrete(speed) and float(speed) == 0:
+    if (
+        isinstance(initial, str)
+        and initial == "steady"
+        and is_concrete(speed)
+        and float(speed) == 0
+    ):
         raise InputError('initial="steady" needs a speed other than 0 rad/s: give `speed`')
     return speed
 

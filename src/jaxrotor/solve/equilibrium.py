@@ -79,5 +79,5 @@ def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
         raise InputError(
             f"no static equilibrium: `{machine.wiring.stations[station]}` is free to move along "
             f"{COORDINATES[coordinate]} under a load of {left[station, coordinate]:.3g} {unit}: "
-            f"support it, fix that coordinate, or start from initial=\"undeformed\""
+            f'support it, fix that coordinate, or start from initial="undeformed"'
         )

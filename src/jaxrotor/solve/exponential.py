@@ -12,12 +12,11 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from .weights import (
-    AdamsWeights,
     STAGES,
+    AdamsWeights,
     adams_weights,
     extrapolation,
     runge_kutta_weights,

@@ -5,7 +5,6 @@ refuses reverse mode, and it spends some 10 microseconds a step, twice what a st
 costs. With the instants known beforehand a scan takes derivatives in both modes.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import diffrax
@@ -13,6 +12,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
+
+from .progress import report
 
 
 def march(
@@ -23,12 +24,12 @@ def march(
     y0: Float[Array, " d"],
     args: Any,
     state: Any,
-    watch: Callable[[Array], None] | None = None,
+    every: int = 0,
 ) -> Float[Array, "n d"]:
     """The states at the `knots`, the first being `y0`.
 
     `jumps[i]` says that the force jumps at `knots[i]`, so that the step from there starts afresh.
-    `state` is what the solver's `init` gave. `watch` is told of each step's number.
+    `state` is what the solver's `init` gave. A progress bar is told of `every` so many steps.
     """
     leaves, tree = jax.tree.flatten(state)
 
@@ -43,10 +44,12 @@ def march(
     def body(carry, x):
         y, changing = carry
         t0, t1, jump, i = x
-        if watch is not None:
-            watch(i)
+        if every:
+            report(i, every)
         rest = iter(changing)
-        y, new = step(y, [c if same else next(rest) for c, same in zip(leaves, constant)], t0, t1, jump)
+        y, new = step(
+            y, [c if same else next(rest) for c, same in zip(leaves, constant)], t0, t1, jump
+        )
         return (y, [leaf for leaf, same in zip(new, constant) if not same]), y
 
     changing = [leaf for leaf, same in zip(leaves, constant) if not same]

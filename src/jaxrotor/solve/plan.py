@@ -72,7 +72,7 @@ def plan(
         )
     machine.check()
     interval = 1.0 / sample_rate
-    when, top = _top_speed(machine, t_end)
+    when, top = top_speed(machine, t_end)
     top = max(top, abs(speed or 0.0))
     substeps = bucket(top * interval / _LARGEST_TURN)
     error = math.inf
@@ -94,7 +94,8 @@ def plan(
     return Plan(substeps, order, 0.5 * top, top, error, tolerance)
 
 
-def _top_speed(machine: Machine, t_end: float) -> tuple[float, float]:
+def top_speed(machine: Machine, t_end: float) -> tuple[float, float]:
+    """When the drive turns fastest (s), and how fast (rad/s); zero for a line without one."""
     times = jnp.linspace(0.0, t_end, 512)
     speeds = np.abs(np.asarray(_speeds(machine, times)))
     i = int(np.argmax(speeds))

@@ -1,7 +1,6 @@
 """The result of a run, by the names of the machine's parts."""
 
 import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..files import written_whole
 from ..kinematics import spin_speed
 from ..machine.field import Evaluation, evaluate
 from ..machine.machine import Machine
@@ -97,16 +97,10 @@ class Response(eqx.Module):
 
     def save(self, path: str | os.PathLike) -> Path:
         """Writes netCDF, whole or not at all."""
-        path = Path(path)
         dataset = self.to_xarray()
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-        os.close(handle)
-        try:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
-            os.replace(temporary, path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-        return path
+        with written_whole(Path(path)) as part:
+            dataset.to_netcdf(part, engine="h5netcdf", invalid_netcdf=False)
+        return Path(path)
 
 
 @eqx.filter_jit
@@ -120,7 +114,14 @@ def _evaluate_all(machine: Machine, t: Array, y: Array) -> Evaluation:
         return jnp.swapaxes(x, 1, 2)[:, order]
 
     return Evaluation(
-        sort(ev.q), sort(ev.v), sort(ev.a), ev.nodes, ev.loads, sort(ev.reaction), ev.states, ev.rates
+        sort(ev.q),
+        sort(ev.v),
+        sort(ev.a),
+        ev.nodes,
+        ev.loads,
+        sort(ev.reaction),
+        ev.states,
+        ev.rates,
     )
 
 
@@ -178,8 +179,9 @@ def _places(machine: Machine, system: System, name: str) -> tuple[list[int], np.
         nodes = [end[member] for end in group.nodes]
     for actor in system.actors:
         first, last = actor.states
-        if last > first and any(tuple(e[k] for e in actor.nodes) == tuple(nodes)
-                                for k in range(len(actor.nodes[0]))):
+        if last > first and any(
+            tuple(e[k] for e in actor.nodes) == tuple(nodes) for k in range(len(actor.nodes[0]))
+        ):
             many = len(actor.nodes[0])
             k = [tuple(e[k] for e in actor.nodes) for k in range(many)].index(tuple(nodes))
             return nodes, np.arange(first + k, last, many)

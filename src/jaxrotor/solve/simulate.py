@@ -19,8 +19,8 @@ from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .knots import knots
 from .march import march
-from .plan import Plan, bucket, plan as make_plan
-from .progress import meter
+from .plan import Plan, bucket, plan as make_plan, top_speed
+from .progress import progress_bar
 from .response import Response, RunInfo
 from .state import State, to_flat
 from .steady import steady_whirl
@@ -86,24 +86,34 @@ def simulate(
         numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
     interval = jnp.asarray(1.0 / sample_rate, float)
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
-    watch = meter(count, exponential, known["substeps"], progress) if concrete else None
+    steps = count * (known["substeps"] or 0)
+    wanted = progress if concrete and exponential else False
     began = time.perf_counter()
-    try:
+    with progress_bar(count, steps, wanted) as every:
         y, steps, checks = _run(
-            machine, initial, speed, solver, interval, numbers, count, step is not None, adjoint, watch
+            machine,
+            initial,
+            speed,
+            solver,
+            interval,
+            numbers,
+            count,
+            step is not None,
+            adjoint,
+            every,
         )
         if concrete:
-            y.block_until_ready()
-    finally:
-        if watch is not None:
-            watch.close()
+            jax.block_until_ready(y)
     info = RunInfo(
         solver=type(solver).__name__,
         initial=initial if isinstance(initial, str) else "given state",
         order=known["order"],
         substeps=known["substeps"],
-        **{k: None if v is None else jnp.asarray(v, float) for k, v in known.items()
-           if k not in ("order", "substeps")},
+        **{
+            k: None if v is None else jnp.asarray(v, float)
+            for k, v in known.items()
+            if k not in ("order", "substeps")
+        },
         steps=steps,
         seconds=jnp.asarray(time.perf_counter() - began),
         steady_gap=checks if initial == "steady" else None,
@@ -123,8 +133,11 @@ def chosen_plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
         return make_plan(machine, t_end, sample_rate, known, order=order)
     if not is_concrete(step) or not float(step) > 0:
         raise InputError(f"step must be a Plan or a positive number in s, but is {step!r}")
+    top = 0.0
+    if all(is_concrete(x) for x in jax.tree.leaves((machine, speed))):
+        top = max(top_speed(machine, t_end)[1], abs(float(speed)))
     nan = float("nan")
-    return Plan(bucket(1.0 / sample_rate / float(step)), order, 0.0, nan, nan, nan)
+    return Plan(bucket(1.0 / sample_rate / float(step)), order, 0.5 * top, top, nan, nan)
 
 
 def with_substeps(solver, chosen: Plan) -> ExponentialAdams | ETD4RK:
@@ -136,7 +149,7 @@ def with_substeps(solver, chosen: Plan) -> ExponentialAdams | ETD4RK:
 
 
 @eqx.filter_jit
-def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoint, watch):
+def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoint, every):
     system = assemble(machine)
     samples = jnp.arange(count) * interval
     y0, checks = start(machine, system, initial, speed)
@@ -146,7 +159,7 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
         A = solver.linear_part
         if A is None:
             A = jacobian(assemble(machine, nominal=True), numbers[0])
-        y = march_samples(solver, A, terms, samples, jumps, y0, system, watch)
+        y = march_samples(solver, A, terms, samples, jumps, y0, system, every)
         steps = jnp.asarray((count - 1) * solver.substeps)
     else:
         if fixed:
@@ -200,11 +213,11 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
     return y.at[n : 2 * n].add(spins), checks
 
 
-def march_samples(solver, A, terms, samples, jumps, y0, system, watch=None) -> Float[Array, "nt d"]:
+def march_samples(solver, A, terms, samples, jumps, y0, system, every=0) -> Float[Array, "nt d"]:
     """The states at the samples by an exponential solver, with everything it needs prepared."""
     at = knots(samples, jumps)
     solver = eqx.tree_at(
         lambda s: (s.linear_part, s.lengths), solver, (A, at.lengths), is_leaf=lambda x: x is None
     )
     state = solver.init(terms, samples[0], samples[1], y0, system)
-    return march(solver, terms, at.times, at.jumps, y0, system, state, watch)[at.samples]
+    return march(solver, terms, at.times, at.jumps, y0, system, state, every)[at.samples]

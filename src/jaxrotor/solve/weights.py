@@ -48,7 +48,9 @@ class AdamsWeights(eqx.Module):
 
 def extrapolation(k: int) -> np.ndarray:
     """Value at s = 1 of the polynomial through s = 0, -1, ..., 1-k: its weights."""
-    return np.array([(-1) ** j * np.prod([(k - i) / (i + 1) for i in range(j + 1)]) for j in range(k)])
+    return np.array(
+        [(-1) ** j * np.prod([(k - i) / (i + 1) for i in range(j + 1)]) for j in range(k)]
+    )
 
 
 def adams_weights(A: Matrix, h: Float[Array, ""], k: int) -> AdamsWeights:

@@ -1,4 +1,3 @@
 """Studies: a machine and a simulation as a TOML file, checked whole before anything runs."""
 
-from .study import Study as Study
-from .study import load as load
+from .study import Study as Study, load as load

@@ -3,15 +3,17 @@
 import json
 import platform
 import sys
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import SimulationFailed
+from ..files import folder_written_whole
 from ..protocol import AbstractStation
-from .files import folder_written_whole
 from .study import Study
 
 DONE, FAILED = 0, 3
@@ -28,28 +30,57 @@ def run_study(
     began = time.perf_counter()
     with folder_written_whole(folder, force) as part:
         try:
-            response = study.run(progress=False if quiet else None)
+            watched = not quiet and sys.stderr.isatty()
+            if watched:
+                print(f"{study.title or study.name}: compiling, then simulating", file=sys.stderr)
+            response = _interruptible(lambda: study.run(progress=watched))
         except SimulationFailed as error:
             failure, response = error, error.response
         seconds = time.perf_counter() - began
         extra = _extra(study, response, seconds, failure)
         response.save(part / "response.nc")
+        trouble: Exception | None = None
         try:
             write_report(study, response, part, extra)
         except Exception as error:
-            if failure is None:
-                raise
-            # Half a run need not make whole figures: the data are what counts.
-            print(f"No figures of the failed run: {error}", file=sys.stderr)
+            # The data are what counts, and took the time: they are kept, whatever a figure lacks.
+            trouble = error
+            extra["figures"] = f"not drawn: {type(error).__name__}: {error}"
             (part / "summary.json").write_text(json.dumps(extra, indent=2, default=str) + "\n")
         names = sorted(p.name for p in part.iterdir())
     if failure is not None:
+        if trouble is not None:
+            print(f"No figures of the failed run: {trouble}", file=sys.stderr)
         print(f"{failure}\nWhat was computed before is in {folder}/response.nc", file=sys.stderr)
         return FAILED
+    if trouble is not None:
+        print(f"The figures failed, but the data are in {folder}/response.nc", file=sys.stderr)
+        raise trouble
     if not quiet:
         print(table(study, response))
         print(f"\n{folder}/: {', '.join(names)}   ({seconds:.1f} s)")
     return DONE
+
+
+def _interruptible(work: Callable[[], Any]) -> Any:
+    """`work()`, in another thread: Ctrl-C reaches Python only between compiled calls, and one such
+    call may take minutes.
+    """
+    outcome: dict[str, Any] = {}
+
+    def target() -> None:
+        try:
+            outcome["value"] = work()
+        except BaseException as error:
+            outcome["error"] = error
+
+    thread = threading.Thread(target=target, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # without a time this would not be interruptible either
+    if "error" in outcome:
+        raise outcome["error"]
+    return outcome["value"]
 
 
 def _extra(study: Study, response: Any, seconds: float, failure: Exception | None) -> dict:

@@ -3,30 +3,18 @@
 import dataclasses
 from typing import Any
 
-from ..parameter import _faults as bounds
-from ..parameter import as_float64
+from ..parameter import _faults as bounds, as_float64
 from ..units import example, factor, known_unit, read, shown
-
-# Units that fields do not carry themselves yet (`parameter(units=...)`, `field(metadata=
-# {"drives": ...})`): of a list's entries, and of what a schedule drives.
-_SIX_STIFFNESS = ("N/m",) * 3 + ("N*m/rad",) * 3
-_SIX_DAMPING = ("N*s/m",) * 3 + ("N*m*s/rad",) * 3
-_UNITS = {
-    ("Shaft", "rayleigh"): ("1/s", "s"),
-    ("LinearSupport", "stiffness"): _SIX_STIFFNESS,
-    ("LinearSupport", "damping"): _SIX_DAMPING,
-}
-_DRIVES = {("Torque", "value"): "N*m", ("Force", "value"): "N"}
 
 
 def declared_units(cls: type, field: dataclasses.Field) -> tuple[str, ...]:
     """Units of the entries of a short list, where they differ."""
-    return field.metadata.get("units") or _UNITS.get((cls.__name__, field.name), ())
+    return field.metadata.get("units", ())
 
 
 def driven_unit(cls: type, field: dataclasses.Field) -> str | None:
     """The unit that a schedule in this field gives; None where the field holds no schedule."""
-    return field.metadata.get("drives") or _DRIVES.get((cls.__name__, field.name))
+    return field.metadata.get("drives")
 
 
 def read_parameter(
@@ -82,9 +70,20 @@ def read_parameter(
         listed = ", ".join(example(u) for u in units) or f"{example(unit)}, ..."
         fault(path, f"must be a list, but is {shown(value)}: write [{listed}]")
         return None, faults
+    if not faults and not _even(found):
+        rows = ", ".join(str(len(row)) if isinstance(row, list) else "1" for row in found)
+        fault(path, f"must have rows of one length, but they have {rows} entries: fill them up")
     if not faults:
         faults += bounds(field, as_float64(found), place, path)
     return found, faults
+
+
+def _even(found: Any) -> bool:
+    """Whether nested lists make a full array."""
+    if not isinstance(found, list):
+        return True
+    sizes = {len(row) if isinstance(row, list) else -1 for row in found}
+    return len(sizes) <= 1 and all(_even(row) for row in found)
 
 
 def _table(table: dict, unit: str, path: str, fault) -> Any:
@@ -101,10 +100,17 @@ def _table(table: dict, unit: str, path: str, fault) -> Any:
     if scale is None:
         fault(f"{path}.unit", f'must be in {unit}, but is {shown(given)}: write unit = "{unit}"')
         return None
-    numbers = []
-    for i, item in enumerate(values):
-        try:
-            numbers.append(read(item, "") * scale)
-        except ValueError as error:
-            fault(f"{path}.values[{i}]", str(error))
-    return numbers
+
+    def scaled(items: list, where: str) -> list:
+        numbers = []
+        for i, item in enumerate(items):
+            if isinstance(item, list):
+                numbers.append(scaled(item, f"{where}[{i}]"))
+                continue
+            try:
+                numbers.append(read(item, "") * scale)
+            except ValueError as error:
+                fault(f"{where}[{i}]", str(error))
+        return numbers
+
+    return scaled(values, f"{path}.values")

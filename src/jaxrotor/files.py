@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import InputError
+from .errors import InputError
 
 # What tells a folder of ours from one that holds something else; the summary is moved in last.
 MARKERS = ("response.nc", "summary.json")
