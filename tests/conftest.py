@@ -1,23 +1,9 @@
-"""Shared by all tests: 64-bit floats, compiled code kept between runs, the paper's machine."""
+"""The paper's machine, shared by all tests. (64-bit floats and the cache: conftest.py above.)"""
 
-import os
-from pathlib import Path
-
-# Before anything makes an array. The cache saves a second run most of its compiling.
-CACHE = Path(__file__).resolve().parents[1] / ".cache" / "jax"
-os.environ["JAX_ENABLE_X64"] = "1"
-os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(CACHE))
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.5")
-os.environ.setdefault("JAX_PLATFORMS", "cpu")
-os.environ.setdefault("MPLBACKEND", "Agg")
-
-import jax
 import numpy as np
 import pytest
 
 import jaxrotor as jr
-
-jax.config.update("jax_enable_x64", True)  # where a plugin imported JAX before this file
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,16 @@
 """What several test files share: an independent body, total forces, three ways to differentiate."""
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+import jaxrotor as jr
+from jaxrotor.machine.system import assemble
+from jaxrotor.solve.response import RunInfo
+from jaxrotor.solve.state import to_flat
 
 # Arguments of `jr.simulate` for runs that are not stiff and must be right to 1e-12 or so.
 TIGHT = dict(solver=diffrax.Dopri8(), rtol=1e-13, atol=1e-15)
@@ -69,7 +75,23 @@ def momenta(q, v, masses, points):
     return 0.5 * masses @ np.sum(rates**2, axis=1), masses @ rates, angular
 
 
-# Forces
+# Machines
+
+
+def at_instants(machine, q, v, t=0.0):
+    """A response that consists of given states (stations, 6) or (nt, stations, 6): everything that
+    can be asked of a run, without one."""
+    t, q, v = jnp.atleast_1d(jnp.asarray(t, float)), jnp.asarray(q), jnp.asarray(v)
+    if q.ndim == 2:
+        q, v = q[None], v[None]
+
+    @eqx.filter_jit
+    @jax.vmap
+    def flat(t, q, v):
+        system = assemble(machine)
+        return to_flat(jr.State(q, v), system, system.reference(t))
+
+    return jr.Response(machine, t, flat(t, q, v), RunInfo("none"))
 
 
 def pull(element, *motions, t=0.0, state=None):

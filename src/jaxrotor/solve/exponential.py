@@ -91,6 +91,7 @@ class ETD4RK(diffrax.AbstractSolver):
       lengths they were made for; a step of another length ends with `RESULTS.internal_error`, so use
       `diffrax.ConstantStepSize` (or `jaxrotor.simulate`, which prepares what it needs).
 
+    Order four, but two where stiff forcing (a damper driven by a given motion) changes within a step.
     Source: Krogstad, J. Comput. Phys. 203 (2005) 72.
     """
 

@@ -1,0 +1,16 @@
+"""Before anything imports JAX: 64-bit floats, compiled code kept between runs. And the code blocks of
+the README and the docs, run as tests."""
+
+import os
+from pathlib import Path
+
+os.environ["JAX_ENABLE_X64"] = "1"
+os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parent / ".cache" / "jax"))
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.5")
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+from sybil import Sybil
+from sybil.parsers.markdown import PythonCodeBlockParser
+
+pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]).pytest()
