@@ -6,11 +6,11 @@ import subprocess
 import sys
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import at_instants
 
 import jaxrotor as jr
 
@@ -54,7 +54,10 @@ nan, inf = float("nan"), float("inf")
 BAD = {
     # numbers
     "negative mass": (lambda: line(rotor(mass=-1.0)), "`main` mass positive -1 kg"),
-    "zero inertia": (lambda: line(rotor(polar_inertia=0.0)), "`main` polar_inertia positive kg*m^2"),
+    "zero inertia": (
+        lambda: line(rotor(polar_inertia=0.0)),
+        "`main` polar_inertia positive kg*m^2",
+    ),
     "zero length": (lambda: line(section=shaft(length=0.0)), "`shaft` length positive 0 m"),
     "negative diameter": (lambda: line(section=shaft(diameter=-0.01)), "`shaft` diameter -0.01"),
     "nan mass": (lambda: line(rotor(mass=nan)), "`main` mass finite nan"),
@@ -233,7 +236,7 @@ BAD = {
             {"a": rotor(), "s": shaft(), "b": rotor()},
             attachments={"t": (jr.Torque(1.0), ("a", "b"))},
         ),
-        "`t` one station 2",
+        "`t` Torque 1 station 2 given",
     ),
     "name used twice": (
         lambda: line(attachments={"main": (jr.Torque(1.0), "main")}),
@@ -245,7 +248,7 @@ BAD = {
     ),
     "attachment back to front": (
         lambda: line(attachments={"extra": ("main", jr.Torque(1.0))}),
-        "`extra` (element, station)",
+        "`extra` element str",
     ),
     "station as an attachment": (
         lambda: line(attachments={"extra": (rotor(), "main")}),
@@ -263,9 +266,7 @@ BAD = {
     "hold of a driven end": (lambda: line(fixed={"end": ("z",)}), "`end` prescribed already fixed"),
     "held twice": (lambda: line(fixed={"main": ("z", "z")}), "`main` z held twice"),
     "fixed and prescribed": (
-        lambda: line(
-            fixed={"main": ("z",)}, prescribed={"main": {"z": jr.ConstantSpeed(0.0)}}
-        ),
+        lambda: line(fixed={"main": ("z",)}, prescribed={"main": {"z": jr.ConstantSpeed(0.0)}}),
         "`main` z held twice",
     ),
     "number for a motion": (
@@ -336,17 +337,16 @@ def test_good_machines_are_not_refused():
     attach(jr.Torque(1.0))
     attach(jr.Force(1.0), "main.mass_centre")
     jr.Machine.in_line({"b": bearing(), "s": shaft(), "end": end()})
-    jr.Machine({"thin": rotor(polar_inertia=0.0202), "rod": rotor(polar_inertia=1e-6)},
-               {}) if False else None
+    jr.Machine({"thin": rotor(polar_inertia=0.0202)}, {})  # Jp = 2 Jt is a disc
+    jr.Machine({"plate": jr.RigidBody(1.0, (1.0, 1.0, 2.0))}, {})
 
 
 def still(count=2):
     return jr.State(np.zeros((count, 6)), np.zeros((count, 6)))
 
 
-def run(*args, **options):
-    args = (0.01, 1000.0)[len(args) :] and (*args, *(0.01, 1000.0)[len(args) :]) or args
-    return jr.simulate(line(), *args, **options)
+def run(t_end=0.01, sample_rate=1000.0, **options):
+    return jr.simulate(line(), t_end, sample_rate, **options)
 
 
 BAD_RUNS = {
@@ -397,7 +397,7 @@ BAD_RUNS = {
         "steady speed 0",
     ),
     "negative step": (lambda: run(step=-1e-3), "step positive -0.001"),
-    "no step": (lambda: run(step=0.0), "step positive"),
+    "step of nothing": (lambda: run(step=0.0), "step positive"),
     "nan step": (lambda: run(step=nan), "step positive nan"),
     "text for a step": (lambda: run(step="1 ms"), "step number '1 ms'"),
     "negative step, other solver": (
@@ -413,13 +413,11 @@ BAD_RUNS = {
     "negative tolerance": (lambda: run(solver=diffrax.Tsit5(), rtol=-1.0), "rtol positive -1"),
     "no machine": (lambda: jr.simulate("main", 0.01, 1000.0), "machine Machine"),
     "load that nothing carries": (
-        lambda: jr.simulate(
-            jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0)), 0.01, 1000.0, step=1e-3
-        ),
+        lambda: jr.static_equilibrium(jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0))),
         "`main` along y 58.9 N support undeformed",
     ),
     "result of an unknown element": (
-        lambda: jr.simulate(line(), 0.003, 1000.0, initial=still(), step=1e-3)["mian"],
+        lambda: at_instants(line(), np.zeros((2, 6)), np.zeros((2, 6)))["mian"],
         "`mian` did you mean `main`",
     ),
 }
@@ -437,10 +435,8 @@ def test_a_step_is_not_chosen_under_jit():
     def final(mass):
         return jr.simulate(machine.set({"main.mass": mass}), 0.01, 1000.0).y[-1]
 
-    for transform in (eqx.filter_jit, jax.grad, jax.jacfwd):
-        assert_says(refusal(lambda t=transform: t(final)(jnp.asarray(6.0))), "jr.plan step=plan")
-    with pytest.raises(jr.InputError, match="jr.plan"):
-        jax.vmap(final)(jnp.array([6.0, 6.1]))
+    assert_says(refusal(lambda: jax.jit(final)(6.0)), "jr.plan step=plan")
+    assert_says(refusal(lambda: jax.vmap(final)(jnp.array([6.0, 6.1]))), "jr.plan step=plan")
     with pytest.raises(jr.InputError, match="t_end"):
         jax.jit(lambda t: run(t).y)(0.01)
 

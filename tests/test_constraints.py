@@ -97,9 +97,7 @@ def test_fixed_coordinates(fixed):
 
 def test_zeroing_one_acceleration_would_be_wrong():
     """What the partition guards against: holding z of a tilted unbalanced rotor changes the rest."""
-    held, unheld = (
-        np.asarray(states(machine(f))["rotor"].acceleration) for f in (("z",), ())
-    )
+    held, unheld = (np.asarray(states(machine(f))["rotor"].acceleration) for f in (("z",), ()))
     assert np.all(held[:, 2] == 0.0) and np.all(np.abs(unheld[:, 2]) > 0.1)
     assert np.all(np.max(np.abs(np.delete(unheld - held, 2, axis=1)), axis=1) > 0.1)
 
@@ -110,9 +108,7 @@ def test_prescribed_coordinates_with_fixed_ones():
     check_partition(states(m), {"z": STILL, "phi": spin.at, "x": shake.at})
     assert m.get("rotor.phi.amplitude") == 0.5
     other = m.set({"rotor.phi.amplitude": 0.25, "rotor.x.frequency": 9.0})
-    check_partition(
-        states(other), {"z": STILL, "phi": Sway(0.25, 3.0).at, "x": Sway(0.05, 9.0).at}
-    )
+    check_partition(states(other), {"z": STILL, "phi": Sway(0.25, 3.0).at, "x": Sway(0.05, 9.0).at})
 
 
 def test_stations_held_differently_stack_apart():

@@ -19,9 +19,7 @@ I = np.pi / 64 * (DO**4 - DI**4)
 
 
 def shaft(alpha=0.0, beta=0.0, **options):
-    return jr.Shaft(
-        length=L, diameter=DO, inner_diameter=DI, rayleigh=(alpha, beta), **options
-    )
+    return jr.Shaft(length=L, diameter=DO, inner_diameter=DI, rayleigh=(alpha, beta), **options)
 
 
 def motion(rng, size=0.1):
@@ -206,7 +204,9 @@ def test_invariant_twist_does_not_see_the_direction_of_the_axes(angle):
             np.testing.assert_allclose(torque[1], torque[0], rtol=1e-12)
             np.testing.assert_allclose(torque[0], one[0, 5], rtol=1e-12)
     one, two = spins["invariant"]
-    np.testing.assert_allclose(two, one, rtol=1e-14, atol=1e-14 * np.abs(shaft().matrices()[0][5, 5]))
+    np.testing.assert_allclose(
+        two, one, rtol=1e-14, atol=1e-14 * np.abs(shaft().matrices()[0][5, 5])
+    )
     one, two = spins["paper"]
     assert np.max(np.abs(two / one - 1)) > 1e-5  # the published law does see it
 

@@ -150,9 +150,7 @@ def shape(phi):
     d = IMPERFECT
     at, about = phi + d.angle, phi + d.inclination_angle
     o, i = d.offset, d.inclination
-    return np.array(
-        [o * np.cos(at), o * np.sin(at), 0, i * np.cos(about), i * np.sin(about), phi]
-    )
+    return np.array([o * np.cos(at), o * np.sin(at), 0, i * np.cos(about), i * np.sin(about), phi])
 
 
 def test_imperfection_alone_causes_no_force():
@@ -188,7 +186,9 @@ def test_angle_of_a_rotor_turns_unbalance_and_imperfection():
     )
     q, v, Q = np.random.default_rng(0).normal(size=(3, 6))
     q = jnp.asarray(q)
-    np.testing.assert_allclose(turned.acceleration(q, v, Q), other.acceleration(q, v, Q), rtol=1e-11)
+    np.testing.assert_allclose(
+        turned.acceleration(q, v, Q), other.acceleration(q, v, Q), rtol=1e-11
+    )
     for port in ("", "mass_centre"):
         np.testing.assert_allclose(turned.shift(port, q), other.shift(port, q), rtol=1e-12)
 

@@ -1,5 +1,6 @@
 """Given motions and schedules: against quadrature and differences; a jump between samples."""
 
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -160,7 +161,9 @@ def exact(t, at):
     return (before + BEFORE * at * late + AFTER * late**2 / 2) / J, speed
 
 
-@pytest.mark.parametrize("solver", [None, jr.ETD4RK()], ids=["default", "etd4rk"])
+@pytest.mark.parametrize(
+    "solver", [None, jr.ETD4RK(), diffrax.Dopri5()], ids=["default", "etd4rk", "dopri5"]
+)
 def test_a_jump_between_samples_is_met_exactly(solver):
     run = after_jump(AT, solver)
     phi, speed = exact(np.asarray(run.t), AT)

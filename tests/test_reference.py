@@ -69,9 +69,7 @@ def test_converges_to_the_reference(two_rotor, solver, steps, order):
 def test_another_solver_agrees(two_rotor):
     """Kvaerno5 of diffrax on the same vector field, the first 0.3 s."""
     settings = dict(t_end=0.3, sample_rate=1000.0, initial="undeformed")
-    other = jr.simulate(
-        two_rotor(), **settings, solver=diffrax.Kvaerno5(), rtol=1e-8, atol=1e-11
-    )
+    other = jr.simulate(two_rotor(), **settings, solver=diffrax.Kvaerno5(), rtol=1e-8, atol=1e-11)
     ours = jr.simulate(two_rotor(), **settings, step=1e-4)
     a, b = coordinates(other), coordinates(ours)
     peak = np.abs(b).max(0)

@@ -60,9 +60,7 @@ def test_batch_of_runs_and_its_members(machine):
     plan = jr.plan(machine, 0.02, 1000.0)
 
     def run(e):
-        return jr.simulate(
-            machine.set({"disc.unbalance.eccentricity": e}), 0.02, 1000.0, step=plan
-        )
+        return jr.simulate(machine.set({"disc.unbalance.eccentricity": e}), 0.02, 1000.0, step=plan)
 
     batch = eqx.filter_vmap(run)(jnp.array([1e-4, 2e-4, 3e-4]))
     with pytest.raises(jr.InputError, match=r"response.member\(i\)"):

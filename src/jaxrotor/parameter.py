@@ -82,25 +82,35 @@ def parameter_fields(module: eqx.Module) -> Iterator[tuple[dataclasses.Field, An
             yield field, getattr(module, field.name)
 
 
+def known(value: Any) -> np.ndarray | None:
+    """The numbers behind `value`; `None` where `jit` or `vmap` traces it.
+
+    Under `grad` alone they are known. No JAX operation touches what is known already: inside `jit`
+    it would be traced from then on.
+    """
+    if isinstance(value, jax.core.Tracer):
+        value = jax.lax.stop_gradient(value)
+        if isinstance(value, jax.core.Tracer):
+            return None
+    return np.asarray(value)
+
+
 def is_concrete(value: Any) -> bool:
     """Whether the numbers are known: false for what `jit` or `vmap` traces."""
-    if not isinstance(value, jax.core.Tracer):
-        return True
-    # under grad a tracer wraps a known number
-    return not isinstance(jax.lax.stop_gradient(value), jax.core.Tracer)
+    return not isinstance(value, jax.core.Tracer) or known(value) is not None
 
 
 def problems(module: eqx.Module, place: str, prefix: str = "") -> Iterator[str]:
     """Every fault in the parameters of `module` and of the modules nested in it."""
-    known = {id(value) for _, value in parameter_fields(module)}
+    own = {field.name for field, _ in parameter_fields(module)}
     for field, value in parameter_fields(module):
         yield from _faults(field, value, place, prefix + field.name)
     for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
         value = getattr(module, field.name)
-        if isinstance(value, eqx.Module) and id(value) not in known:
+        if isinstance(value, eqx.Module) and field.name not in own:
             yield from problems(value, place, f"{prefix}{field.name}.")
     if hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
-        for sentence in module.faults():  # pyright: ignore
+        for sentence in jax.tree.map(known, module).faults():
             yield f"`{place}`: {sentence}"
 
 
@@ -125,9 +135,10 @@ def _faults(field: dataclasses.Field, value: Any, place: str, path: str) -> Iter
         wanted = " or ".join(_shape_words(ok) for ok in rule["shapes"])
         yield f"`{place}`: {path} must be {wanted}, but has shape {shape}"
         return
-    if not is_concrete(value):
+    numbers = known(value)
+    if numbers is None:
         return
-    numbers = np.asarray(jax.lax.stop_gradient(value)).ravel()
+    numbers = numbers.ravel()
     for bad, words in (
         (~np.isfinite(numbers), "finite"),
         (numbers <= 0 if rule["positive"] else np.zeros(0, bool), "positive"),

@@ -9,6 +9,7 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
@@ -25,7 +26,7 @@ class AbstractMotion(eqx.Module):
 
     @abc.abstractmethod
     def jumps(self) -> Float[Array, " n"]:
-        """Instants at which the acceleration jumps, s; `jnp.zeros(0)` where there are none."""
+        """Instants at which the acceleration jumps or kinks, s; `jnp.zeros(0)` where none are."""
 
 
 def differentiate(position, t: Scalar) -> tuple[Array, Array, Array]:
@@ -68,7 +69,7 @@ class CosineRamp(AbstractMotion):
         return jnp.where(t < 0.0, 0.0, jnp.where(t < self.duration, ramp, after))
 
     def jumps(self) -> Float[Array, " n"]:
-        return jnp.zeros(0)
+        return self.duration[None]  # a kink in the acceleration there
 
 
 class LinearRamp(AbstractMotion):
@@ -105,8 +106,8 @@ class SpeedTable(AbstractMotion):
                 f"times and speeds must be equally long, two rows at least, but have "
                 f"{self.times.shape[0]} and {self.speeds.shape[0]} rows"
             )
-        elif not bool(jnp.all(jnp.diff(self.times) > 0)):
-            row = int(jnp.argmin(jnp.diff(self.times)))
+        elif not np.all(np.diff(self.times) > 0):
+            row = int(np.argmin(np.diff(self.times)))
             yield (
                 f"times must increase, but row {row + 2} has {float(self.times[row + 1]):g} s "
                 f"after {float(self.times[row]):g} s"

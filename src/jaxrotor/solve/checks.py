@@ -2,13 +2,17 @@
 
 from typing import Any
 
+import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError, SimulationFailed
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..parameter import is_concrete
+from ..machine.wiring import FIXED
+from ..parameter import is_concrete, known
+from ..protocol import AbstractPrescribed
 from .equilibrium import refuse_unbalanced
 from .response import Response
 from .state import State
@@ -57,54 +61,52 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
             speed = jnp.asarray(speed, float)
         except (TypeError, ValueError):
             raise InputError(f"speed must be a number in rad/s, but is {speed!r}") from None
-        if speed.shape != () or (is_concrete(speed) and not bool(jnp.isfinite(speed))):
-            raise InputError(f"speed must be one finite number in rad/s, but is {speed}")
-    driven, w0 = _drive_speed(machine)
-    if driven and speed is not None and is_concrete(speed - w0):
-        if abs(float(speed) - float(w0)) > 1e-9 * max(1.0, abs(float(w0))):
+        number = known(speed)
+        if speed.shape != () or (number is not None and not np.isfinite(number)):
+            raise InputError(f"speed must be one finite number in rad/s, but is {number}")
+    if is_driven(machine):
+        start = _drive_speed(machine)
+        given, own = (None if x is None else known(x) for x in (speed, start))
+        if given is not None and own is not None and abs(given - own) > 1e-9 * max(1.0, abs(own)):
             raise InputError(
-                f"speed is {float(speed):g} rad/s, but the drive starts at {float(w0):g} rad/s: "
-                "leave speed out, or change the drive's profile"
+                f"speed is {given:g} rad/s, but the drive starts at {own:g} rad/s: leave speed out, "
+                "or change the drive's profile"
             )
-    if driven:
-        speed = w0
+        speed = start
     speed = jnp.zeros(()) if speed is None else speed
-    if (
-        isinstance(initial, str)
-        and initial == "steady"
-        and is_concrete(speed)
-        and float(speed) == 0
-    ):
+    if isinstance(initial, str) and initial == "steady" and known(speed) == 0:
         raise InputError('initial="steady" needs a speed other than 0 rad/s: give `speed`')
     return speed
 
 
-def _drive_speed(machine: Machine) -> tuple[bool, Array]:
-    system = assemble(machine)
-    driven = bool(system.ground) or any(
-        c == 5 and motion >= 0
-        for group in system.layout.stations
-        for row in group.motions
-        for c, motion in zip(group.held, row)
+def is_driven(machine: Machine) -> bool:
+    """Whether the spin of the line, or of a part of it, is given."""
+    return any(isinstance(s, AbstractPrescribed) for s in machine.stations) or any(
+        held.coordinate == 5 and held.motion != FIXED for held in machine.wiring.held
     )
-    return driven, system.reference(jnp.zeros(()))[1] if driven else jnp.zeros(())
+
+
+@eqx.filter_jit
+def _drive_speed(machine: Machine) -> Float[Array, ""]:
+    return assemble(machine).reference(jnp.zeros(()))[1]
 
 
 def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
     if isinstance(initial, str) and initial == "static":
         refuse_unbalanced(response.machine, checks)
-    if isinstance(initial, str) and initial == "steady" and not float(checks) < _STEADY_GAP:
+    if isinstance(initial, str) and initial == "steady" and not known(checks) < _STEADY_GAP:
         raise InputError(
-            f"no periodic whirl was found: after a turn the state differs by {float(checks):.1e} of "
+            f"no periodic whirl was found: after a turn the state differs by {known(checks):.1e} of "
             "its size; the torques on the line do not balance at this speed, or it is unstable there"
         )
     sample = response.failed_at()
     if sample is not None:
         kept = response.until(sample)
+        t = known(response.t)
         raise SimulationFailed(
-            f"the run left the finite numbers between t = {float(response.t[max(0, sample - 1)]):.6g} s "
-            f"and {float(response.t[sample]):.6g} s ({response.info.solver}, "
+            f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
+            f"and {t[sample]:.6g} s ({response.info.solver}, "
             f"{response.info.substeps or 'adaptive'} steps a sample): take a smaller step "
             "(step=...), or look for an instability of the machine there; "
             f"the {sample} samples before are in the exception's `response`",

@@ -10,7 +10,7 @@ from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
-from ..parameter import is_concrete
+from ..parameter import known
 from .newton import newton_root
 from .state import State, from_flat
 
@@ -25,8 +25,7 @@ def static_equilibrium(machine: Machine) -> State:
     """
     machine.check()
     state, rest = _equilibrium(machine)
-    if is_concrete(rest):
-        refuse_unbalanced(machine, rest)
+    refuse_unbalanced(machine, rest)
     return state
 
 
@@ -65,14 +64,17 @@ def unbalanced_loads(system: System, y, reference: Reference) -> Float[Array, "n
 
 def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
     """Raises where something beside a free spin would start to move."""
-    left = np.abs(np.asarray(rest))
+    values = known(rest)
+    if values is None:
+        return
+    left = np.abs(values)
     if not np.all(np.isfinite(left)):
         raise InputError(
             "no static equilibrium was found: Newton's method left the finite numbers; start from "
             'initial="undeformed"'
         )
     left[:, 5] = 0.0
-    weight = 1e-6 * (1.0 + np.linalg.norm(np.asarray(machine.gravity)))
+    weight = 1e-6 * (1.0 + np.linalg.norm(known(machine.gravity)))
     station, coordinate = np.unravel_index(np.argmax(left), left.shape)
     if left[station, coordinate] > weight:
         unit = "N" if coordinate < 3 else "N*m"

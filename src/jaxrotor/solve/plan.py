@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -11,10 +12,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
-from ..machine.field import jacobian, n_free, vector_field
+from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..parameter import is_concrete
+from ..parameter import is_concrete, known
 from .exponential import ExponentialAdams
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
@@ -54,7 +55,7 @@ def plan(
     machine: Machine,
     t_end: float,
     sample_rate: float,
-    speed: float | None = None,
+    speed: Any = None,
     tolerance: float = _DEFAULT_TOLERANCE,
     order: int = 6,
 ) -> Plan:
@@ -71,9 +72,9 @@ def plan(
             "sample_rate)` before, and pass `step=plan` to `simulate`"
         )
     machine.check()
+    machine = _numbers(machine)
     interval = 1.0 / sample_rate
-    when, top = top_speed(machine, t_end)
-    top = max(top, abs(speed or 0.0))
+    when, top = top_speed(machine, t_end, speed)
     substeps = bucket(top * interval / _LARGEST_TURN)
     error = math.inf
     for _ in range(6):
@@ -94,12 +95,18 @@ def plan(
     return Plan(substeps, order, 0.5 * top, top, error, tolerance)
 
 
-def top_speed(machine: Machine, t_end: float) -> tuple[float, float]:
-    """When the drive turns fastest (s), and how fast (rad/s); zero for a line without one."""
-    times = jnp.linspace(0.0, t_end, 512)
-    speeds = np.abs(np.asarray(_speeds(machine, times)))
+def _numbers(machine: Machine) -> Machine:
+    """Free of what `grad` wraps around them: the choice of a step has no derivative."""
+    return jax.tree.map(lambda x: jnp.asarray(known(x)), machine)
+
+
+def top_speed(machine: Machine, t_end: float, speed: Any = None) -> tuple[float, float]:
+    """When the drive turns fastest (s), and how fast (rad/s), or `speed` if that is higher."""
+    times = np.linspace(0.0, t_end, 512)
+    speeds = np.abs(np.asarray(_speeds(_numbers(machine), jnp.asarray(times))))
     i = int(np.argmax(speeds))
-    return float(times[i]), float(speeds[i])
+    own = 0.0 if speed is None else abs(float(known(speed)))  # pyright: ignore
+    return float(times[i]), max(float(speeds[i]), own)
 
 
 @eqx.filter_jit
@@ -116,12 +123,15 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
     system = assemble(machine)
     A = jacobian(assemble(machine, nominal=True), 0.5 * top)
     n = n_free(system)
-    y0 = jnp.zeros(A.shape[0])
-    if not system.ground:
-        spin = np.array(system.layout.free) // system.layout.n_mass == 5
-        y0 = y0.at[n : 2 * n].set(jnp.where(spin, top, 0.0))
+    y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     solver = ExponentialAdams(order, 1, A)
-    terms = diffrax.ODETerm(vector_field)
+    angle = system.reference(when)[0]
+
+    # at a constant speed, loads as they are at that instant: no jump falls into the pilot
+    def turning(t, y, system):
+        return relative_field(when, y, system, (angle + top * (t - when), top, jnp.zeros_like(t)))
+
+    terms = diffrax.ODETerm(turning)
 
     def run(count):
         h = interval / count

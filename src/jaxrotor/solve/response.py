@@ -17,6 +17,7 @@ from ..machine.field import Evaluation, evaluate
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..machine.wiring import unknown
+from ..parameter import known
 from ..protocol import Acting, Linear, Ported, Signalling
 
 
@@ -80,7 +81,7 @@ class Response(eqx.Module):
 
     def failed_at(self) -> int | None:
         """Index of the first sample that is not finite, or `None`."""
-        bad = ~np.all(np.isfinite(np.asarray(self.y)), axis=-1)
+        bad = ~np.all(np.isfinite(known(self.y)), axis=-1)
         return int(np.argmax(bad)) if bad.any() else None
 
     def until(self, sample: int) -> "Response":

@@ -129,13 +129,16 @@ def chosen_plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
         return step
     order = solver.order_ if isinstance(solver, ExponentialAdams) else 6
     if step is None:
-        known = speed if is_concrete(speed) else None
-        return make_plan(machine, t_end, sample_rate, known, order=order)
-    if not is_concrete(step) or not float(step) > 0:
+        return make_plan(machine, t_end, sample_rate, speed, order=order)
+    try:
+        valid = 0 < float(step) < float("inf")
+    except (TypeError, ValueError):  # a tracer's refusal is a TypeError
+        valid = False
+    if not valid:
         raise InputError(f"step must be a Plan or a positive number in s, but is {step!r}")
     top = 0.0
     if all(is_concrete(x) for x in jax.tree.leaves((machine, speed))):
-        top = max(top_speed(machine, t_end)[1], abs(float(speed)))
+        top = top_speed(machine, t_end, speed)[1]
     nan = float("nan")
     return Plan(bucket(1.0 / sample_rate / float(step)), order, 0.5 * top, top, nan, nan)
 
