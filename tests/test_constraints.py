@@ -133,26 +133,23 @@ def test_stations_held_differently_stack_apart():
             )
 
 
-def test_drive_torque_balances_and_its_power_is_torque_times_speed(two_rotor):
-    """The driven end carries what its shaft puts on it; d'Alembert for the spin of the whole line."""
-    machine = two_rotor("paper").set({"end.profile.duration": 0.05})
-    response = jr.simulate(
-        machine, 0.05, 1000.0, initial="undeformed", solver=jr.ETD4RK(), step=1 / 4000
-    )
+def test_drive_torque_is_the_shafts_and_its_power_is_torque_times_speed(two_rotor):
+    machine = two_rotor("paper")
+    rng = np.random.default_rng(3)
+    shape, t = (6, len(machine.wiring.stations), 6), np.linspace(0.2, 3.0, 6)
+    angle = jax.vmap(machine["end"].profile.position)(t)
+    q, v = rng.uniform(-1e-3, 1e-3, shape), rng.uniform(-1, 1, shape)
+    q[..., 5] += np.asarray(angle)[:, None]
+    response = at_instants(machine, q, v, t)
     end, shaft = response["end"], response["shaft 4"]
-    np.testing.assert_allclose(end.reaction, -np.asarray(shaft.forces)[:, 1], rtol=1e-12)
+    forces = np.asarray(shaft.forces)
+    scale = np.max(np.abs(forces), axis=(0, 1))
+    assert np.all(np.abs(np.asarray(end.reaction) + forces[:, 1]) <= 1e-12 * scale)
     # the shaft's own torque leaves out what alpha M brakes against the ground
-    np.testing.assert_allclose(end.reaction[:, 5], shaft.torque, rtol=1e-9, atol=1e-6)
-    speed = 500 * (1 - np.cos(np.pi * np.asarray(response.t) / 0.05))
-    np.testing.assert_allclose(end.speed, speed, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(end.power, end.reaction[:, 5] * speed, rtol=1e-12, atol=1e-12)
-    # most of the torque accelerates the rotors' polar inertias
-    full = machine.filled()
-    J = {n: full[n].polar_inertia for n in ("second", "main")}
-    J |= {n: full[n].shaft_polar_inertia for n in ("left", "right")}
-    inertia = sum(J[n] * np.asarray(response[n].acceleration)[:, 5] for n in J)
-    assert np.max(np.abs(inertia)) > 100
-    assert np.max(np.abs(end.reaction[:, 5] - inertia)) < 0.1 * np.max(np.abs(inertia))
+    np.testing.assert_allclose(end.reaction[:, 5], shaft.torque, rtol=0, atol=1e-6 * scale[5])
+    speed = 500 * (1 - np.cos(np.pi * np.minimum(t, 2.5) / 2.5))
+    np.testing.assert_allclose(end.speed, speed, rtol=1e-12)
+    np.testing.assert_allclose(end.power, end.reaction[:, 5] * speed, rtol=1e-12)
 
 
 def test_reactions_carry_the_weight_of_a_machine_at_rest():

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import TIGHT, assert_derivatives_agree, axes
+from helpers import TIGHT, at_instants, axes
 from scipy.spatial.transform import Rotation
 from scipy.special import jv
 
@@ -143,13 +143,24 @@ def test_rig_05_steady_whirl(speed):
     mean, spread = one_turn(s, speed, "steady")
     np.testing.assert_allclose(mean, s * whirl, rtol=1e-8)
     assert np.all(spread < 1e-8 * np.abs(s * whirl))
-    # started exactly on the linear whirl, the machine stays there
-    z, tilt = s * whirl
-    q = np.array([[z, 0, 0, tilt, 0, 0]])
-    v = np.array([[0, z * speed, 0, 0, tilt * speed, speed]])
-    mean, spread = one_turn(s, speed, jr.State(q, v))
-    np.testing.assert_allclose(mean, s * whirl, rtol=1e-10)
-    assert np.all(spread < 1e-10 * np.abs(s * whirl))
+    # and the linear whirl itself is a motion of the machine, at every angle: what is missing of its
+    # acceleration, over the dynamic stiffness, is what the whirl would miss
+    m, jp, jt = DISC["mass"], DISC["polar_inertia"], DISC["transverse_inertia"]
+    stiffness = abs(K / m - speed**2), abs(K_TILT / jt - (1 - jp / jt) * speed**2)
+    phi = np.linspace(0, 2 * np.pi, 9)
+    z, tilt = (x * s * np.exp(1j * phi) for x in whirl)
+    zero = 0 * phi
+    q = np.stack([z.real, z.imag, zero, tilt.real, tilt.imag, phi], axis=1)
+    spin = np.array([0, 0, 0, 0, 0, speed])
+    v = speed * np.stack([-q[:, 1], q[:, 0], zero, -q[:, 4], q[:, 3], zero], axis=1) + spin
+    run = at_instants(whirling(s, speed), q[:, None], v[:, None], phi / speed)["disc"]
+    for part, size, k in zip((slice(0, 2), slice(3, 5)), s * np.abs(whirl), stiffness):
+        np.testing.assert_allclose(
+            run.acceleration[:, part],
+            -(speed**2) * q[:, part],
+            rtol=0,
+            atol=1e-10 * size * k,
+        )
 
 
 def test_rig_05_reactions_of_a_fixed_axis():
@@ -229,10 +240,9 @@ def test_shf_03_derivatives_of_the_deflection():
         return jr.static_equilibrium(loaded).position[2, 0]
 
     x = np.array([70.0, L, E, D])
-    got = assert_derivatives_agree(deflection, x, rtol=1e-8, step=1e-3)
-    np.testing.assert_allclose(got * x / deflection(x), [1, 3, -1, -4], rtol=1e-11)
-    for derivative in (jax.jacfwd, jax.jacrev):  # without jit, where numbers are known and judged
-        np.testing.assert_allclose(derivative(deflection)(x), got, rtol=1e-12)
+    for derivative in (jax.jacfwd, jax.jacrev):
+        powers = derivative(deflection)(x) * x / deflection(x)
+        np.testing.assert_allclose(powers, [1, 3, -1, -4], rtol=1e-11)
 
 
 # RUN-01. Lewis 1932, Baker 1939, Fearn & Millsaps 1967: Jeffcott rotor from rest through its
@@ -432,12 +442,18 @@ def test_cpl_05_no_lateral_motion_without_unbalance():
     np.testing.assert_allclose(H, 10 * t + 40 * np.maximum(t - 0.0123, 0), rtol=1e-12, atol=1e-13)
 
 
-def test_cpl_05_power_balance_at_every_sample(two_rotor):
-    """d(energy)/dt = drive's power - dissipation, through a run-up; the rates by exact derivatives."""
-    machine = two_rotor("invariant").set({"end.profile.duration": 0.05})
-    response = jr.simulate(
-        machine, 0.1, 2000.0, initial="undeformed", solver=jr.ETD4RK(), step=1 / 4000
-    )
+def test_cpl_05_power_balance_at_every_instant(two_rotor):
+    """d(energy)/dt = drive's power - dissipation: an identity of the state, tried on many."""
+    machine = two_rotor("invariant")
+    rng = np.random.default_rng(2)
+    n = len(machine.wiring.stations)
+    q = rng.uniform(-1, 1, (20, n, 6)) * [1e-3, 1e-3, 1e-6, 1e-2, 1e-2, 1e-2]
+    v = rng.uniform(-1, 1, (20, n, 6)) * [0.5, 0.5, 1e-3, 5.0, 5.0, 5.0]
+    t = np.linspace(0.1, 3.0, 20)
+    drive = machine["end"].profile
+    q[..., 5] += np.array([drive.position(x) for x in t])[:, None]
+    v[..., 5] += np.array([jax.grad(drive.position)(x) for x in t])[:, None]
+    response = at_instants(machine, q, v, t)
     full = machine.filled()
 
     @eqx.filter_jit
@@ -468,6 +484,5 @@ def test_cpl_05_power_balance_at_every_sample(two_rotor):
     motions = {n: (response[n].position, response[n].velocity) for n in names}
     rate, lost = powers(motions, {n: response[n].acceleration for n in names})
     drive = response["end"].power
-    assert np.max(np.abs(drive)) > 1e3 and np.max(lost) > 1.0
-    missing = np.abs(rate - drive + lost.sum(1))
-    assert np.max(missing) < 1e-10 * np.max(np.abs(drive))
+    assert np.max(np.abs(drive)) > 1e3 and np.min(lost) > 0.0
+    np.testing.assert_allclose(rate, drive - lost.sum(1), rtol=1e-10)

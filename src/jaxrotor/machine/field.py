@@ -139,7 +139,7 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     U, S = _spread(u, layout, shift), _spread(s, layout, shift_t)
     whole = outputs or (g and not system.quiet_ground)
     if whole and g:
-        qg, vg, ag = system.given(t)
+        qg, vg, ag = system.given(t, reference)
         U = jnp.concatenate([U, _add_spin(qg, -phi)], axis=1)
         S = jnp.concatenate([S, _add_spin(vg, -w)], axis=1)
     matrix = system.whole if whole else system.moving
@@ -150,7 +150,7 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
 
     N, V = _add_spin(U, phi), _add_spin(S, w)
     if g and not whole and any(n >= m for a in system.actors for end in a.nodes for n in end):
-        qg, vg, _ = system.given(t)
+        qg, vg, _ = system.given(t, reference)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
     extra = [_act(t, actor, N, V, z) for actor in system.actors]
     Q = _gather(Q, [e for e in extra if e is not None], count)
@@ -160,7 +160,7 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     if pull is not None:
         on_stations = pull(Q[:, :m])
     a, reaction, loads = _accelerate(t, q, v, on_stations, system)
-    rates = _rates(t, N, V, a, q, v, z, system)
+    rates = _rates(t, N, V, a, q, v, z, system, reference)
     if outputs and g:
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
         reaction = jnp.concatenate([reaction, -Q[:, m:]], axis=1)
@@ -267,7 +267,7 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
     return a, reaction, loads
 
 
-def _rates(t, N, V, a, q, v, z, system: System) -> Array:
+def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
     """Derivatives of the internal states, after the accelerations."""
     stateful = [actor for actor in system.actors if _has_state(actor)]
     if not stateful:
@@ -281,7 +281,7 @@ def _rates(t, N, V, a, q, v, z, system: System) -> Array:
 
         A = jax.jvp(velocity, (q, v), (v, a))[1]
     if layout.n_ground:
-        A = jnp.concatenate([A, system.given(t)[2]], axis=1)
+        A = jnp.concatenate([A, system.given(t, reference)[2]], axis=1)
     out = []
     for actor in stateful:
         motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)

@@ -62,9 +62,17 @@ class System(eqx.Module):
         zero = jnp.zeros_like(t)
         return zero, zero, zero
 
-    def given(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
-        """Coordinates, rates and accelerations of the driven ends, each (6, n_ground)."""
-        parts = [jnp.stack(differentiate(g.motion, t)) for g in self.ground]
+    def given(self, t: Float[Array, ""], reference) -> tuple[Array, Array, Array]:
+        """Coordinates, rates and accelerations of the driven ends, each (6, n_ground).
+
+        The end that the spin is measured from follows `reference`, whatever that is.
+        """
+        parts = []
+        for k, ground in enumerate(self.ground):
+            if k == 0 and type(ground).spin_only:
+                parts.append(jnp.stack([jnp.zeros(6).at[5].set(r) for r in reference]))
+            else:
+                parts.append(jnp.stack(differentiate(ground.motion, t)))
         stacked = jnp.stack(parts, axis=-1)
         return stacked[0], stacked[1], stacked[2]
 

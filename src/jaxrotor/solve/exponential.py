@@ -23,7 +23,7 @@ from .weights import (
 )
 
 # Sub-steps of ETD4RK in each step of the multistep method while its history fills.
-START_REFINEMENT = 8
+START_REFINEMENT = 4
 # Step lengths agree when they differ by less than this part of the longest one prepared.
 _LENGTH_TOLERANCE = 1e-7
 

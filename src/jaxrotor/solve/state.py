@@ -44,7 +44,7 @@ def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) ->
     spin = jnp.zeros((6, 1)).at[5].set(1.0)
     q, v = u + spin * phi, s + spin * w
     if system.ground:
-        qg, vg, _ = system.given(t)
+        qg, vg, _ = system.given(t, reference)
         q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)
     index = np.array(system.layout.internal)
     return State(q.T[index], v.T[index], z)

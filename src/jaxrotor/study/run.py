@@ -9,11 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..errors import SimulationFailed
 from ..files import folder_written_whole
-from ..protocol import AbstractStation
 from .study import Study
 
 DONE, FAILED = 0, 3
@@ -23,7 +20,7 @@ def run_study(
     study: Study, out: Path | None = None, quiet: bool = False, force: bool = False
 ) -> int:
     """Returns the exit status: 0, or 3 where the simulation failed (what it had is written)."""
-    from ..report import write_report
+    from ..report import summary_table, write_report
 
     folder = out if out is not None else Path("results") / study.name
     failure: SimulationFailed | None = None
@@ -57,7 +54,7 @@ def run_study(
         print(f"The figures failed, but the data are in {folder}/response.nc", file=sys.stderr)
         raise trouble
     if not quiet:
-        print(table(study, response))
+        print(summary_table(response))
         print(f"\n{folder}/: {', '.join(names)}   ({seconds:.1f} s)")
     return DONE
 
@@ -97,28 +94,3 @@ def _extra(study: Study, response: Any, seconds: float, failure: Exception | Non
         "solver": response.stats,
         "failed": None if failure is None else str(failure),
     }
-
-
-def table(study: Study, response: Any) -> str:
-    """Peaks of every station, with the speed and time at which they occur."""
-    rows = [("station", "lateral peak", "at speed", "at time", "bearing force")]
-    t = np.asarray(response.t)
-    for name, element in study.machine.elements().items():
-        if not isinstance(element, AbstractStation):
-            continue
-        station = response[name]
-        lateral = np.hypot(np.asarray(station.x), np.asarray(station.y))
-        k = int(np.argmax(lateral))
-        force = "-"
-        if "bearing_force" in getattr(element, "signals", {}):
-            force = f"{np.linalg.norm(np.asarray(station.bearing_force), axis=-1).max():.4g} N"
-        if lateral[k] == 0.0:
-            rows.append((name, "0 mm", "-", "-", force))
-            continue
-        speed = float(np.asarray(station.speed)[k])
-        rows.append(
-            (name, f"{1e3 * lateral[k]:.4g} mm", f"{speed:.4g} rad/s", f"{t[k]:.4g} s", force)
-        )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths)).rstrip() for row in rows]
-    return "\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]])

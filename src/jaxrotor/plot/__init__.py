@@ -1,0 +1,7 @@
+"""Pictures of machines and of runs."""
+
+from .forces import bearing_forces as bearing_forces
+from .machine import draw_machine as draw_machine
+from .motion import inclinations as inclinations, spin as spin, vibration as vibration
+from .paths import distances as distances, trajectories as trajectories
+from .torsion import differences as differences, spectrum as spectrum, torques as torques

@@ -1,0 +1,202 @@
+"""The machine itself: a side view to scale."""
+
+from collections import deque
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
+
+from ..inertia import RigidBody, Rotor, SelfAligningBearing
+from ..machine.machine import Machine
+from ..protocol import AbstractElastic, AbstractPrescribed
+from .style import COLOURS, GREY
+
+_STEEL = "#C9D3DC"
+# Length given to a connection that has none, as part of the mean of those that have.
+_SCHEMATIC = 1.0
+
+
+def positions(machine: Machine) -> dict[str, tuple[float, int]]:
+    """station -> (z in m, lane): along the line from the first station; each branch gets a lane."""
+    joined: dict[str, list[tuple[str, float | None, int]]] = {s: [] for s in machine.wiring.stations}
+    lengths = [_length(c) for c in machine.connectors]
+    given = [x for x in lengths if x is not None]
+    unknown = _SCHEMATIC * float(np.mean(given)) if given else 0.1
+    for connector, ends, length in zip(machine.connectors, machine.wiring.ends, lengths):
+        if isinstance(connector, AbstractElastic):
+            (a, _), (b, _) = ends
+            names = machine.wiring.stations[a], machine.wiring.stations[b]
+            joined[names[0]].append((names[1], length, 1))
+            joined[names[1]].append((names[0], length, -1))
+    placed: dict[str, tuple[float, int]] = {}
+    lanes = 0
+    for first in machine.wiring.stations:
+        if first in placed:
+            continue
+        placed[first] = (0.0, lanes)
+        queue = deque([first])
+        while queue:
+            here = queue.popleft()
+            z, lane = placed[here]
+            taken: set[int] = {s for n, _, s in joined[here] if n in placed}
+            for name, length, sense in joined[here]:
+                if name in placed:
+                    continue
+                if sense in taken:
+                    lanes += 1
+                    lane_here = lanes
+                else:
+                    lane_here = lane
+                taken.add(sense)
+                placed[name] = (z + sense * (unknown if length is None else length), lane_here)
+                queue.append(name)
+        lanes += 1
+    least = min(z for z, _ in placed.values())
+    return {name: (z - least, lane) for name, (z, lane) in placed.items()}
+
+
+def _length(connector) -> float | None:
+    length = getattr(connector, "length", None)
+    return None if length is None else float(np.asarray(length))
+
+
+def _disc(station: Rotor | RigidBody) -> tuple[float, float]:
+    """Radius and width of the disc with this mass and these inertias, m."""
+    if isinstance(station, Rotor):
+        m, jp, jt = station.mass, station.polar_inertia, station.transverse_inertia
+    else:
+        J = np.asarray(station.tensor())
+        m, jp, jt = station.mass, J[2, 2], (J[0, 0] + J[1, 1]) / 2
+    m, jp, jt = (float(np.asarray(x)) for x in (m, jp, jt))
+    radius = np.sqrt(2 * jp / m)
+    return radius, np.sqrt(max(0.0, 12 * jt / m - 3 * radius**2))
+
+
+def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
+    """Side view to scale: shafts with their diameters, rotors as discs of their mass and inertia,
+    bearings on the ground, the drive, names, unbalance and a scale in mm."""
+    where = positions(machine)
+    discs = [_disc(s) for s in machine.stations if isinstance(s, (Rotor, RigidBody))]
+    tall = max([r for r, _ in discs], default=0.02)
+    length = max(max(z for z, _ in where.values()), 1e-3)
+    lanes = max(lane for _, lane in where.values()) + 1
+    pitch = 3.6 * tall
+    if ax is None:
+        height = np.clip(11 * (lanes * pitch + 0.5 * tall) / (1.3 * length), 3.6, 9)
+        fig, ax = plt.subplots(figsize=(11, height), layout="constrained")
+    fig = ax.figure
+    thin = 0.008 * length
+
+    def at(name):
+        z, lane = where[name]
+        return z, -lane * pitch
+
+    for name, connector, ends in zip(
+        machine.wiring.connectors, machine.connectors, machine.wiring.ends
+    ):
+        if isinstance(connector, AbstractElastic):
+            (z0, y0), (z1, y1) = (at(machine.wiring.stations[s]) for s, _ in ends)
+            _draw_connection(ax, name, connector, z0, y0, z1, y1, tall)
+    for i, (name, station) in enumerate(zip(machine.wiring.stations, machine.stations)):
+        z, y = at(name)
+        top = _draw_station(ax, station, z, y, tall, thin)
+        ax.annotate(
+            name, (z, y + top), xytext=(0, 6 + 13 * (i % 2)), textcoords="offset points",
+            ha="center", fontsize=10, fontweight="bold", annotation_clip=False,
+        )
+    _draw_attachments(ax, machine, at, tall, thin)
+    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.75 * tall, tall)
+    ax.set_aspect("equal")
+    ax.set_xlim(-0.12 * length - tall * 0.3, 1.14 * length + tall * 0.3)
+    ax.set_ylim(-(lanes - 1) * pitch - 2.3 * tall, 1.75 * tall)
+    ax.axis("off")
+    return fig  # pyright: ignore[reportReturnType]
+
+
+def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:
+    d = getattr(connector, "diameter", None)
+    ax.plot([z0, z1], [y0, y1], color=GREY, linewidth=0.6, linestyle=(0, (8, 3, 2, 3)), zorder=4)
+    if d is None or y0 != y1:
+        ax.plot([z0, z1], [y0, y1], color=COLOURS[4], linewidth=2, zorder=1)
+        words = name
+    else:
+        d, inner = float(np.asarray(d)), float(np.asarray(connector.inner_diameter))
+        z, width = min(z0, z1), abs(z1 - z0)
+        ax.add_patch(Rectangle((z, y0 - d / 2), width, d, facecolor=_STEEL, edgecolor="black", lw=0.8))
+        if inner:
+            ax.add_patch(Rectangle((z, y0 - inner / 2), width, inner, facecolor="white", edgecolor=GREY, lw=0.5))
+        words = f"{name}\n{1e3 * width:g} mm, Ø{1e3 * d:g}"
+    ax.annotate(
+        words, ((z0 + z1) / 2, (y0 + y1) / 2 - 1.12 * tall), ha="center", va="top", fontsize=8,
+        color="#404040",
+    )
+
+
+def _draw_station(ax, station, z, y, tall, thin) -> float:
+    """Returns how high above the axis the drawing reaches."""
+    if isinstance(station, (Rotor, RigidBody)):
+        radius, width = _disc(station)
+        width = max(width, thin)
+        ax.add_patch(
+            Rectangle((z - width / 2, y - radius), width, 2 * radius, facecolor=COLOURS[0], alpha=0.75,
+                      edgecolor="black", lw=1.0, zorder=3)
+        )
+        unbalance = getattr(station, "unbalance", None)
+        if unbalance is not None and float(np.asarray(unbalance.eccentricity)) > 0:
+            ax.add_patch(Circle((z, y + 0.82 * radius), 0.05 * tall, color=COLOURS[1], zorder=5))
+        return radius
+    if isinstance(station, AbstractPrescribed):
+        size = 0.45 * tall
+        ax.add_patch(Rectangle((z, y - size), 1.6 * size, 2 * size, facecolor="#E8E8E8", edgecolor="black", zorder=2))
+        ax.add_patch(
+            FancyArrowPatch((z + 0.8 * size, y - 0.6 * size), (z + 0.8 * size, y + 0.6 * size),
+                            connectionstyle="arc3,rad=0.7", arrowstyle="-|>", mutation_scale=12,
+                            color=COLOURS[1], lw=1.5, zorder=5)
+        )
+        return size
+    if isinstance(station, SelfAligningBearing):
+        size = 0.16 * tall
+        for sign in (1, -1):
+            ax.add_patch(Circle((z, y + sign * size), 0.8 * size, facecolor=COLOURS[2], edgecolor="black", zorder=4))
+        foot = y - 0.95 * tall
+        ax.add_patch(Polygon([(z, y - 1.8 * size), (z - 1.6 * size, foot), (z + 1.6 * size, foot)],
+                             closed=True, facecolor="#D8EFE6", edgecolor="black", lw=0.8, zorder=2))
+        _ground(ax, z, foot, 2.2 * size)
+        return 1.9 * size
+    ax.add_patch(Rectangle((z - thin, y - 0.25 * tall), 2 * thin, 0.5 * tall, facecolor=COLOURS[5], edgecolor="black", zorder=3))
+    return 0.25 * tall
+
+
+def _ground(ax, z, foot, half) -> None:
+    ax.plot([z - half, z + half], [foot, foot], color="black", lw=1.2)
+    for s in np.linspace(-1, 1, 6):
+        ax.plot([z + s * half, z + s * half - 0.25 * half], [foot, foot - 0.3 * half], color="black", lw=0.6)
+
+
+def _draw_attachments(ax, machine, at, tall, thin) -> None:
+    count: dict[str, int] = {}
+    for name, connector, ends in zip(
+        machine.wiring.connectors, machine.connectors, machine.wiring.ends
+    ):
+        if isinstance(connector, AbstractElastic):
+            continue
+        station = machine.wiring.stations[ends[0][0]]
+        k = count[station] = count.get(station, 0) + 1
+        z, y = at(station)
+        ax.annotate(
+            f"{name} ({type(connector).__name__})", (z, y - 0.2 * tall), fontsize=8, ha="center",
+            xytext=(0, -62 - 14 * k), textcoords="offset points", color=COLOURS[3],
+            arrowprops=dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8), annotation_clip=False,
+        )
+
+
+def _draw_scale(ax, length, y, tall) -> None:
+    step = 10.0 ** np.floor(np.log10(length))
+    step = next(s for s in (step / 2, step, 2 * step, 5 * step) if s >= length / 5)
+    ax.plot([0, step], [y, y], color="black", lw=1.5)
+    for z in (0, step):
+        ax.plot([z, z], [y - 0.05 * tall, y + 0.05 * tall], color="black", lw=1.5)
+    ax.annotate(f"{1e3 * step:g} mm", (step / 2, y), ha="center", va="top", fontsize=9,
+                xytext=(0, -4), textcoords="offset points")

@@ -1,0 +1,59 @@
+"""Spin, displacements, tilts over time."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..solve.response import Response
+from . import select
+from .style import COLOURS, GREY, band, figure, label, legend
+
+
+def spin(response: Response, station: str) -> Figure:
+    """Angle and speed of a rotor over the run, and its speed beside the drive's in the passage."""
+    t, part = np.asarray(response.t), response[station]
+    driver = select.drive(response.machine)
+    k = select.passage(response, station)
+    zoom = select.around(response, k, 0.08 * (t[-1] - t[0]) / 2)
+    fig, ((a, b, c),) = figure(1, 3, (13, 4))
+    a.plot(t, np.asarray(part.phi) / (2 * np.pi), color=COLOURS[0])
+    label(a, "time, s", "angle phi, turns", f"Angle of `{station}`")
+    speed = np.asarray(part.speed)
+    b.plot(t, speed, color=COLOURS[0])
+    b.axvspan(t[zoom][0], t[zoom][-1], color=GREY, alpha=0.25, linewidth=0)
+    label(b, "time, s", "speed, rad/s", "Speed (grey: the zoom)")
+    if driver is not None and driver != station:
+        own = np.asarray(response[driver].speed)
+        c.plot(t[zoom], own[zoom], color=GREY, linestyle="--", linewidth=1, label=f"drive `{driver}`")
+    c.plot(t[zoom], speed[zoom], color=COLOURS[0], linewidth=1, label=f"`{station}`")
+    c.axvline(t[k], color=GREY, linewidth=0.6)
+    label(c, "time, s", "speed, rad/s", f"Zoom on the passage, t = {t[k]:.3f} s")
+    legend(c, loc="upper left")
+    return fig
+
+
+def vibration(response: Response, station: str) -> Figure:
+    """Flexural (x, y) and longitudinal (z) vibration."""
+    t, part = np.asarray(response.t), response[station]
+    fig, axes = figure(3, 1, (9, 7.5), sharex=True)
+    for i, name in enumerate("xy"):
+        values = 1e3 * np.asarray(getattr(part, name))
+        band(axes[i, 0], t, values, COLOURS[i], name)
+        label(axes[i, 0], "", f"{name}, mm", f"Flexural vibration of `{station}`, {name}")
+    z = np.asarray(part.z)
+    scale, unit = (1e3, "mm") if np.abs(z).max() > 1e-5 else (1e9, "nm")
+    band(axes[2, 0], t, scale * z, COLOURS[2], "z")
+    label(axes[2, 0], "time, s", f"z, {unit}", f"Longitudinal vibration of `{station}`")
+    return fig
+
+
+def inclinations(response: Response, station: str) -> Figure:
+    """Tilts psi and theta, and their accelerations."""
+    t, part = np.asarray(response.t), response[station]
+    position, acceleration = np.asarray(part.position), np.asarray(part.acceleration)
+    fig, axes = figure(2, 2, (12, 6.5), sharex=True)
+    for i, name in enumerate(("psi", "theta")):
+        band(axes[0, i], t, 1e3 * position[:, 3 + i], COLOURS[i], name)
+        label(axes[0, i], "", f"{name}, mrad", f"Inclination {name} of `{station}`")
+        band(axes[1, i], t, acceleration[:, 3 + i], COLOURS[i], name)
+        label(axes[1, i], "time, s", f"{name}'', rad/s²", "Its acceleration")
+    return fig

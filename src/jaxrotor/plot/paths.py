@@ -1,0 +1,68 @@
+"""Where centres go: trajectories, and distances from the axis over speed."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..solve.response import Response
+from . import select
+from .style import COLOURS, GREY, envelope, figure, label, legend
+
+
+def trajectories(response: Response, stations: list[str], centre: str = "geometric") -> Figure:
+    """Paths of the geometric (or mass) centres in the plane across the axis, start and end marked."""
+    fig, axes = figure(1, len(stations), (5.2 * len(stations), 5.4))
+    for ax, name in zip(axes[0], stations):
+        part = response[name]
+        xyz = np.asarray(part.position[:, :3] if centre == "geometric" else part.mass_centre) * 1e3
+        k = select.passage(response, name)
+        first = select.around(response, k, 0.05 * float(response.t[-1]))
+        last = slice(-max(20, len(xyz) // 100), None)
+        ax.plot(xyz[:, 0], xyz[:, 1], color=GREY, linewidth=0.15, alpha=0.6)
+        ax.plot(xyz[first, 0], xyz[first, 1], color=COLOURS[0], linewidth=0.5, label="passage")
+        ax.plot(xyz[last, 0], xyz[last, 1], color=COLOURS[1], linewidth=1.0, label="last turns")
+        ax.plot(*xyz[0, :2], "o", color="black", markersize=6, label="start")
+        ax.plot(*xyz[-1, :2], "X", color="black", markersize=8, markerfacecolor="white", label="end")
+        ax.set_aspect("equal", adjustable="datalim")
+        label(ax, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    fig.legend(handles, names, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    return fig
+
+
+def distances(response: Response, stations: list[str]) -> Figure:
+    """Distance of the geometric and the mass centre from the axis of rest over speed: a rotor that
+    centres itself has its mass centre come closer than its eccentricity."""
+    fig, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), sharex=True)
+    for ax, name in zip(axes[:, 0], stations):
+        part = response[name]
+        speed = np.asarray(part.speed)
+        rest = _resting(response, name)
+        for colour, words, xy in (
+            (COLOURS[0], "geometric centre", np.asarray(part.position[:, :2])),
+            (COLOURS[1], "mass centre", np.asarray(part.mass_centre[:, :2])),
+        ):
+            r = 1e3 * np.hypot(*(xy - rest).T)
+            order = np.argsort(speed, kind="stable")
+            low, high = envelope(r[order], 25)
+            ax.fill_between(speed[order], low, high, color=colour, alpha=0.45, linewidth=0, label=words)
+        unbalance = getattr(response.machine[name], "unbalance", None)
+        if unbalance is not None:
+            e = 1e3 * float(np.asarray(unbalance.eccentricity))
+            ax.axhline(e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm")
+        ax.set_ylim(bottom=0)
+        label(ax, "", "distance, mm", f"`{name}`: distance from its position at rest")
+        legend(ax, loc="upper left")
+    axes[-1, 0].set_xlabel("speed, rad/s")
+    return fig
+
+
+def _resting(response: Response, name: str) -> np.ndarray:
+    """x and y under weight alone; the run's mean where there is no such rest."""
+    from ..errors import InputError
+    from ..solve.equilibrium import static_equilibrium
+
+    try:
+        state = static_equilibrium(response.machine)
+        return np.asarray(state.position)[response.machine.wiring.stations.index(name), :2]
+    except InputError:
+        return np.asarray(response[name].position[:, :2]).mean(0)

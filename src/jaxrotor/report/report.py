@@ -1,0 +1,142 @@
+"""What `jaxrotor run` leaves in its folder: figures and a summary."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from .. import plot
+from ..files import written_whole
+from ..machine.machine import Machine
+from ..plot import select
+from ..plot.style import close
+from ..solve.export import versions
+from ..solve.response import Response
+
+
+def figures(response: Response) -> dict[str, Callable[[], Figure]]:
+    """name -> what draws it, for all that this machine has something to show of."""
+    machine = response.machine
+    rotors = select.rotors(machine)[:3]
+    drive = select.drive(machine)
+    bearings = select.with_signal(machine, "bearing_force")
+    shafts = select.with_signal(machine, "torque")
+    plans: list[tuple[str, Callable[[], Figure]]] = [
+        ("machine", lambda: plot.draw_machine(machine)),
+        (f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
+        ("trajectories_geometric_centres", lambda: plot.trajectories(response, rotors)),
+        ("trajectories_mass_centres", lambda: plot.trajectories(response, rotors, "mass")),
+        ("distances_over_speed", lambda: plot.distances(response, rotors)),
+    ]
+    for name in rotors:
+        plans.append((f"vibration_{name}", lambda name=name: plot.vibration(response, name)))
+        plans.append((f"inclinations_{name}", lambda name=name: plot.inclinations(response, name)))
+    if drive is not None:
+        plans.append(("speed_differences", lambda: plot.differences(response, rotors, drive)))
+        plans.append(("spectrum", lambda: plot.spectrum(response, rotors, drive)))
+    if bearings:
+        plans.append(("bearing_forces", lambda: plot.bearing_forces(response, bearings)))
+    if shafts:
+        plans.append(("torques", lambda: plot.torques(response, shafts, drive)))
+    return {
+        f"{i:02d}_{name.replace(' ', '_')}": draw for i, (name, draw) in enumerate(plans, start=1)
+    }
+
+
+def write_report(
+    study: Any, response: Response, folder: Path, extra: dict[str, Any] | None = None
+) -> list[Path]:
+    """Draws every figure as PNG and writes `summary.json` into `folder`; returns their paths.
+
+    `study` (or `None`) gives title and source; `extra` is added to the summary. Each file is written
+    whole or not at all.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, draw in figures(response).items():
+        fig = draw()
+        with written_whole(folder / f"{name}.png") as part:
+            fig.savefig(part, dpi=150, format="png")
+        close([fig])
+        written.append(folder / f"{name}.png")
+    content = {
+        "title": getattr(study, "title", None),
+        "source": getattr(study, "source", None),
+        "versions": versions(),
+        "run": response.stats,
+        **summary(response),
+        **(extra or {}),
+    }
+    with written_whole(folder / "summary.json") as part:
+        part.write_text(json.dumps(content, indent=2, default=_plain) + "\n")
+    return [*written, folder / "summary.json"]
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") and np.size(value) == 1 else str(value)
+
+
+def _peak(t: np.ndarray, speed: np.ndarray, values: np.ndarray) -> dict[str, float]:
+    k = int(np.argmax(np.abs(values)))
+    return {"peak": float(np.abs(values[k])), "time_s": float(t[k]), "speed_rad_s": float(speed[k])}
+
+
+def summary(response: Response) -> dict[str, Any]:
+    """Peaks of every part, with the time (s) and speed (rad/s) at which they occur; SI."""
+    machine: Machine = response.machine
+    t = np.asarray(response.t)
+    stations, connectors = {}, {}
+    for name in machine.wiring.stations:
+        part = response[name]
+        q, speed = np.asarray(part.position), np.asarray(part.speed)
+        found = {
+            "radial_displacement_m": _peak(t, speed, np.hypot(q[:, 0], q[:, 1])),
+            "axial_displacement_m": _peak(t, speed, q[:, 2]),
+            "tilt_rad": _peak(t, speed, np.hypot(q[:, 3], q[:, 4])),
+            "final_speed_rad_s": float(speed[-1]),
+        }
+        if "bearing_force" in part.signals():
+            found["bearing_force_N"] = _peak(
+                t, speed, np.linalg.norm(np.asarray(part.bearing_force), axis=1)
+            )
+        reaction = np.asarray(part.reaction)
+        if np.any(reaction):
+            found["reaction_torque_Nm"] = _peak(t, speed, reaction[:, 5])
+            found["power_W"] = _peak(t, speed, np.asarray(part.power))
+        stations[name] = found
+    drive = select.drive(machine) or machine.wiring.stations[0]
+    speed = np.asarray(response[drive].speed)
+    for name in machine.wiring.connectors:
+        part = response[name]
+        if "torque" in part.signals():
+            connectors[name] = {"torque_Nm": _peak(t, speed, np.asarray(part.torque))}
+    return {
+        "duration_s": float(t[-1]),
+        "samples": len(t),
+        "stations": stations,
+        "connectors": connectors,
+    }
+
+
+def summary_table(response: Response) -> str:
+    """Peaks of every station, for the terminal."""
+    rows = [("station", "radial peak", "at speed", "at time", "tilt", "bearing force")]
+    for name, found in summary(response)["stations"].items():
+        radial, force = found["radial_displacement_m"], found.get("bearing_force_N")
+        moved = radial["peak"] > 0
+        rows.append(
+            (
+                name,
+                f"{1e3 * radial['peak']:.4g} mm",
+                f"{radial['speed_rad_s']:.4g} rad/s" if moved else "-",
+                f"{radial['time_s']:.4g} s" if moved else "-",
+                f"{1e3 * found['tilt_rad']['peak']:.3g} mrad",
+                f"{force['peak']:.4g} N" if force else "-",
+            )
+        )
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows]
+    return "\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]])
