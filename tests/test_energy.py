@@ -13,7 +13,9 @@ def test_balance_of_the_start_up(two_rotor, twist):
     audit = jr.energy_audit(two_rotor(twist), 10.0, 1000.0, initial="undeformed")
     assert float(audit.relative) < 1e-6
     # the spinning rotors' own energy, by hand, and a start-up that loses as much in its friction
-    assert float(audit.kinetic[-1]) == pytest.approx(0.5 * (0.01873 + 0.00485) * 1000.0**2, rel=1e-3)
+    assert float(audit.kinetic[-1]) == pytest.approx(
+        0.5 * (0.01873 + 0.00485) * 1000.0**2, rel=1e-3
+    )
     assert float(audit.lost[-1]) > 0.3 * float(audit.work_in[-1])
     assert np.all(np.diff(np.asarray(audit.lost)) >= 0)
 

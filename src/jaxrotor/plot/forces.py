@@ -27,7 +27,7 @@ def bearing_forces(response: Response, bearings: list[str]) -> Figure:
         label(row[1], "speed, rad/s", "|F|, N", "Its size over speed")
         k = int(np.argmax(size))
         near = select.around(response, k, 0.04 * float(t[-1]))
-        row[2].plot(force[near, 0], force[near, 1], color=COLOURS[3], linewidth=0.4)
+        row[2].plot(*select.smooth(t, force[:, :2], near).T, color=COLOURS[3], linewidth=0.4)
         row[2].set_aspect("equal", adjustable="datalim")
         label(row[2], "Fx, N", "Fy, N", f"Its path around its peak, t = {t[k]:.2f} s")
     return fig

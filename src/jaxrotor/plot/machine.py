@@ -20,7 +20,9 @@ _SCHEMATIC = 1.0
 
 def positions(machine: Machine) -> dict[str, tuple[float, int]]:
     """station -> (z in m, lane): along the line from the first station; each branch gets a lane."""
-    joined: dict[str, list[tuple[str, float | None, int]]] = {s: [] for s in machine.wiring.stations}
+    joined: dict[str, list[tuple[str, float | None, int]]] = {
+        s: [] for s in machine.wiring.stations
+    }
     lengths = [_length(c) for c in machine.connectors]
     given = [x for x in lengths if x is not None]
     unknown = _SCHEMATIC * float(np.mean(given)) if given else 0.1
@@ -84,8 +86,9 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     lanes = max(lane for _, lane in where.values()) + 1
     pitch = 3.6 * tall
     if ax is None:
-        height = np.clip(11 * (lanes * pitch + 0.5 * tall) / (1.3 * length), 3.6, 9)
-        fig, ax = plt.subplots(figsize=(11, height), layout="constrained")
+        wide, high = 1.26 * length + 0.6 * tall, (lanes - 1) * pitch + 3.3 * tall
+        width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
+        fig, ax = plt.subplots(figsize=(width, max(2.5, width * high / wide)), layout="constrained")
     fig = ax.figure
     thin = 0.008 * length
 
@@ -99,18 +102,24 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
         if isinstance(connector, AbstractElastic):
             (z0, y0), (z1, y1) = (at(machine.wiring.stations[s]) for s, _ in ends)
             _draw_connection(ax, name, connector, z0, y0, z1, y1, tall)
-    for i, (name, station) in enumerate(zip(machine.wiring.stations, machine.stations)):
+    for name, station in zip(machine.wiring.stations, machine.stations):
         z, y = at(name)
         top = _draw_station(ax, station, z, y, tall, thin)
         ax.annotate(
-            name, (z, y + top), xytext=(0, 6 + 13 * (i % 2)), textcoords="offset points",
-            ha="center", fontsize=10, fontweight="bold", annotation_clip=False,
+            name,
+            (z, y + top),
+            xytext=(0, 6),
+            textcoords="offset points",
+            ha="left" if isinstance(station, AbstractPrescribed) else "center",
+            fontsize=10,
+            fontweight="bold",
+            annotation_clip=False,
         )
     _draw_attachments(ax, machine, at, tall, thin)
-    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.75 * tall, tall)
+    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall, tall)
     ax.set_aspect("equal")
     ax.set_xlim(-0.12 * length - tall * 0.3, 1.14 * length + tall * 0.3)
-    ax.set_ylim(-(lanes - 1) * pitch - 2.3 * tall, 1.75 * tall)
+    ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall, 1.35 * tall)
     ax.axis("off")
     return fig  # pyright: ignore[reportReturnType]
 
@@ -124,12 +133,22 @@ def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:
     else:
         d, inner = float(np.asarray(d)), float(np.asarray(connector.inner_diameter))
         z, width = min(z0, z1), abs(z1 - z0)
-        ax.add_patch(Rectangle((z, y0 - d / 2), width, d, facecolor=_STEEL, edgecolor="black", lw=0.8))
+        ax.add_patch(
+            Rectangle((z, y0 - d / 2), width, d, facecolor=_STEEL, edgecolor="black", lw=0.8)
+        )
         if inner:
-            ax.add_patch(Rectangle((z, y0 - inner / 2), width, inner, facecolor="white", edgecolor=GREY, lw=0.5))
+            ax.add_patch(
+                Rectangle(
+                    (z, y0 - inner / 2), width, inner, facecolor="white", edgecolor=GREY, lw=0.5
+                )
+            )
         words = f"{name}\n{1e3 * width:g} mm, Ø{1e3 * d:g}"
     ax.annotate(
-        words, ((z0 + z1) / 2, (y0 + y1) / 2 - 1.12 * tall), ha="center", va="top", fontsize=8,
+        words,
+        ((z0 + z1) / 2, (y0 + y1) / 2 - 1.12 * tall),
+        ha="center",
+        va="top",
+        fontsize=8,
         color="#404040",
     )
 
@@ -140,8 +159,16 @@ def _draw_station(ax, station, z, y, tall, thin) -> float:
         radius, width = _disc(station)
         width = max(width, thin)
         ax.add_patch(
-            Rectangle((z - width / 2, y - radius), width, 2 * radius, facecolor=COLOURS[0], alpha=0.75,
-                      edgecolor="black", lw=1.0, zorder=3)
+            Rectangle(
+                (z - width / 2, y - radius),
+                width,
+                2 * radius,
+                facecolor=COLOURS[0],
+                alpha=0.75,
+                edgecolor="black",
+                lw=1.0,
+                zorder=3,
+            )
         )
         unbalance = getattr(station, "unbalance", None)
         if unbalance is not None and float(np.asarray(unbalance.eccentricity)) > 0:
@@ -149,30 +176,76 @@ def _draw_station(ax, station, z, y, tall, thin) -> float:
         return radius
     if isinstance(station, AbstractPrescribed):
         size = 0.45 * tall
-        ax.add_patch(Rectangle((z, y - size), 1.6 * size, 2 * size, facecolor="#E8E8E8", edgecolor="black", zorder=2))
         ax.add_patch(
-            FancyArrowPatch((z + 0.8 * size, y - 0.6 * size), (z + 0.8 * size, y + 0.6 * size),
-                            connectionstyle="arc3,rad=0.7", arrowstyle="-|>", mutation_scale=12,
-                            color=COLOURS[1], lw=1.5, zorder=5)
+            Rectangle(
+                (z, y - size),
+                1.6 * size,
+                2 * size,
+                facecolor="#E8E8E8",
+                edgecolor="black",
+                zorder=2,
+            )
+        )
+        ax.add_patch(
+            FancyArrowPatch(
+                (z + 0.8 * size, y - 0.6 * size),
+                (z + 0.8 * size, y + 0.6 * size),
+                connectionstyle="arc3,rad=0.7",
+                arrowstyle="-|>",
+                mutation_scale=12,
+                color=COLOURS[1],
+                lw=1.5,
+                zorder=5,
+            )
         )
         return size
     if isinstance(station, SelfAligningBearing):
         size = 0.16 * tall
         for sign in (1, -1):
-            ax.add_patch(Circle((z, y + sign * size), 0.8 * size, facecolor=COLOURS[2], edgecolor="black", zorder=4))
+            ax.add_patch(
+                Circle(
+                    (z, y + sign * size),
+                    0.8 * size,
+                    facecolor=COLOURS[2],
+                    edgecolor="black",
+                    zorder=4,
+                )
+            )
         foot = y - 0.95 * tall
-        ax.add_patch(Polygon([(z, y - 1.8 * size), (z - 1.6 * size, foot), (z + 1.6 * size, foot)],
-                             closed=True, facecolor="#D8EFE6", edgecolor="black", lw=0.8, zorder=2))
+        ax.add_patch(
+            Polygon(
+                [(z, y - 1.8 * size), (z - 1.6 * size, foot), (z + 1.6 * size, foot)],
+                closed=True,
+                facecolor="#D8EFE6",
+                edgecolor="black",
+                lw=0.8,
+                zorder=2,
+            )
+        )
         _ground(ax, z, foot, 2.2 * size)
         return 1.9 * size
-    ax.add_patch(Rectangle((z - thin, y - 0.25 * tall), 2 * thin, 0.5 * tall, facecolor=COLOURS[5], edgecolor="black", zorder=3))
+    ax.add_patch(
+        Rectangle(
+            (z - thin, y - 0.25 * tall),
+            2 * thin,
+            0.5 * tall,
+            facecolor=COLOURS[5],
+            edgecolor="black",
+            zorder=3,
+        )
+    )
     return 0.25 * tall
 
 
 def _ground(ax, z, foot, half) -> None:
     ax.plot([z - half, z + half], [foot, foot], color="black", lw=1.2)
     for s in np.linspace(-1, 1, 6):
-        ax.plot([z + s * half, z + s * half - 0.25 * half], [foot, foot - 0.3 * half], color="black", lw=0.6)
+        ax.plot(
+            [z + s * half, z + s * half - 0.25 * half],
+            [foot, foot - 0.3 * half],
+            color="black",
+            lw=0.6,
+        )
 
 
 def _draw_attachments(ax, machine, at, tall, thin) -> None:
@@ -186,9 +259,15 @@ def _draw_attachments(ax, machine, at, tall, thin) -> None:
         k = count[station] = count.get(station, 0) + 1
         z, y = at(station)
         ax.annotate(
-            f"{name} ({type(connector).__name__})", (z, y - 0.2 * tall), fontsize=8, ha="center",
-            xytext=(0, -62 - 14 * k), textcoords="offset points", color=COLOURS[3],
-            arrowprops=dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8), annotation_clip=False,
+            f"{name} ({type(connector).__name__})",
+            (z, y - 0.2 * tall),
+            fontsize=8,
+            ha="center",
+            xytext=(0, -62 - 14 * k),
+            textcoords="offset points",
+            color=COLOURS[3],
+            arrowprops=dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8),
+            annotation_clip=False,
         )
 
 
@@ -198,5 +277,12 @@ def _draw_scale(ax, length, y, tall) -> None:
     ax.plot([0, step], [y, y], color="black", lw=1.5)
     for z in (0, step):
         ax.plot([z, z], [y - 0.05 * tall, y + 0.05 * tall], color="black", lw=1.5)
-    ax.annotate(f"{1e3 * step:g} mm", (step / 2, y), ha="center", va="top", fontsize=9,
-                xytext=(0, -4), textcoords="offset points")
+    ax.annotate(
+        f"{1e3 * step:g} mm",
+        (step / 2, y),
+        ha="center",
+        va="top",
+        fontsize=9,
+        xytext=(0, -4),
+        textcoords="offset points",
+    )

@@ -13,7 +13,7 @@ def spin(response: Response, station: str) -> Figure:
     t, part = np.asarray(response.t), response[station]
     driver = select.drive(response.machine)
     k = select.passage(response, station)
-    zoom = select.around(response, k, 0.08 * (t[-1] - t[0]) / 2)
+    zoom = select.around(response, k, 0.02 * (t[-1] - t[0]) / 2)
     fig, ((a, b, c),) = figure(1, 3, (13, 4))
     a.plot(t, np.asarray(part.phi) / (2 * np.pi), color=COLOURS[0])
     label(a, "time, s", "angle phi, turns", f"Angle of `{station}`")
@@ -23,7 +23,9 @@ def spin(response: Response, station: str) -> Figure:
     label(b, "time, s", "speed, rad/s", "Speed (grey: the zoom)")
     if driver is not None and driver != station:
         own = np.asarray(response[driver].speed)
-        c.plot(t[zoom], own[zoom], color=GREY, linestyle="--", linewidth=1, label=f"drive `{driver}`")
+        c.plot(
+            t[zoom], own[zoom], color=GREY, linestyle="--", linewidth=1, label=f"drive `{driver}`"
+        )
     c.plot(t[zoom], speed[zoom], color=COLOURS[0], linewidth=1, label=f"`{station}`")
     c.axvline(t[k], color=GREY, linewidth=0.6)
     label(c, "time, s", "speed, rad/s", f"Zoom on the passage, t = {t[k]:.3f} s")

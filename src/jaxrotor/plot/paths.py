@@ -16,12 +16,15 @@ def trajectories(response: Response, stations: list[str], centre: str = "geometr
         xyz = np.asarray(part.position[:, :3] if centre == "geometric" else part.mass_centre) * 1e3
         k = select.passage(response, name)
         first = select.around(response, k, 0.05 * float(response.t[-1]))
-        last = slice(-max(20, len(xyz) // 100), None)
+        last = slice(-max(20, len(xyz) // 200), None)
         ax.plot(xyz[:, 0], xyz[:, 1], color=GREY, linewidth=0.15, alpha=0.6)
-        ax.plot(xyz[first, 0], xyz[first, 1], color=COLOURS[0], linewidth=0.5, label="passage")
-        ax.plot(xyz[last, 0], xyz[last, 1], color=COLOURS[1], linewidth=1.0, label="last turns")
+        t = np.asarray(response.t)
+        ax.plot(*select.smooth(t, xyz[:, :2], first).T, color=COLOURS[0], lw=0.5, label="passage")
+        ax.plot(*select.smooth(t, xyz[:, :2], last).T, color=COLOURS[1], lw=0.8, label="last turns")
         ax.plot(*xyz[0, :2], "o", color="black", markersize=6, label="start")
-        ax.plot(*xyz[-1, :2], "X", color="black", markersize=8, markerfacecolor="white", label="end")
+        ax.plot(
+            *xyz[-1, :2], "X", color="black", markersize=8, markerfacecolor="white", label="end"
+        )
         ax.set_aspect("equal", adjustable="datalim")
         label(ax, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
     handles, names = axes[0, 0].get_legend_handles_labels()
@@ -44,7 +47,9 @@ def distances(response: Response, stations: list[str]) -> Figure:
             r = 1e3 * np.hypot(*(xy - rest).T)
             order = np.argsort(speed, kind="stable")
             low, high = envelope(r[order], 25)
-            ax.fill_between(speed[order], low, high, color=colour, alpha=0.45, linewidth=0, label=words)
+            ax.fill_between(
+                speed[order], low, high, color=colour, alpha=0.45, linewidth=0, label=words
+            )
         unbalance = getattr(response.machine[name], "unbalance", None)
         if unbalance is not None:
             e = 1e3 * float(np.asarray(unbalance.eccentricity))

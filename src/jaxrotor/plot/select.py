@@ -39,6 +39,17 @@ def passage(response: Response, name: str) -> int:
     return int(np.argmax(np.hypot(np.asarray(station[:, 0]), np.asarray(station[:, 1]))))
 
 
+def smooth(t: np.ndarray, values: np.ndarray, part: slice, finer: int = 8) -> np.ndarray:
+    """A part of a sampled path, (n, m), with so many points between samples, by a cubic spline: a turn
+    has few samples at high speed, and a polygon is not what the rotor drew."""
+    from scipy.interpolate import CubicSpline
+
+    t, values = t[part], values[part]
+    if len(t) < 4:
+        return values
+    return CubicSpline(t, values)(np.linspace(t[0], t[-1], finer * (len(t) - 1) + 1))
+
+
 def around(response: Response, sample: int, seconds: float) -> slice:
     """The samples within `seconds` of one of them."""
     t = np.asarray(response.t)

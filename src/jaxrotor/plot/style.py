@@ -37,7 +37,9 @@ def envelope(values: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
     return minimum_filter1d(values, window), maximum_filter1d(values, window)
 
 
-def band(ax: Axes, x: np.ndarray, values: np.ndarray, colour: str, name: str, window: int = 25) -> None:
+def band(
+    ax: Axes, x: np.ndarray, values: np.ndarray, colour: str, name: str, window: int = 25
+) -> None:
     """An oscillation too dense for a line: its thin trace inside its envelope."""
     low, high = envelope(values, window)
     ax.fill_between(x, low, high, color=colour, alpha=0.3, linewidth=0)

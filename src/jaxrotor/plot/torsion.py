@@ -22,7 +22,9 @@ def differences(response: Response, stations: list[str], driver: str) -> Figure:
         acceleration = np.asarray(part.acceleration[:, 5]) - a
         for row, values in enumerate((speed, acceleration)):
             band(axes[row, 0], t, values, COLOURS[i], f"`{name}`")
-            axes[row, 1].plot(t[zoom], values[zoom], color=COLOURS[i], linewidth=0.8, label=f"`{name}`")
+            axes[row, 1].plot(
+                t[zoom], values[zoom], color=COLOURS[i], linewidth=0.8, label=f"`{name}`"
+            )
     units = ("speed difference, rad/s", "acceleration difference, rad/s²")
     for row, words in enumerate(units):
         for column, title in enumerate(("whole run", "passage")):
@@ -40,7 +42,10 @@ def spectrum(response: Response, stations: list[str], driver: str) -> Figure:
     w = np.asarray(response[driver].speed)
     last = slice(2 * len(t) // 3, None)
     fig, axes = figure(1, 2, (13, 4.8), sharey=True)
-    for ax, part, title in ((axes[0, 0], slice(None), "whole run"), (axes[0, 1], last, "last third")):
+    for ax, part, title in (
+        (axes[0, 0], slice(None), "whole run"),
+        (axes[0, 1], last, "last third"),
+    ):
         for i, name in enumerate(stations):
             difference = np.asarray(response[name].speed) - w
             f, density = power_spectral_density(difference[part], rate)
@@ -50,8 +55,15 @@ def spectrum(response: Response, stations: list[str], driver: str) -> Figure:
             if at < rate / 2:
                 ax.axvline(at, color=GREY, linestyle=":", linewidth=1)
                 ax.annotate(
-                    f"{order}x", (at, 0.97), xycoords=("data", "axes fraction"), fontsize=9,
-                    color=GREY, ha="left", va="top", xytext=(3, 0), textcoords="offset points",
+                    f"{order}x",
+                    (at, 0.97),
+                    xycoords=("data", "axes fraction"),
+                    fontsize=9,
+                    color=GREY,
+                    ha="left",
+                    va="top",
+                    xytext=(3, 0),
+                    textcoords="offset points",
                 )
         label(ax, "frequency, Hz", "(rad/s)²/Hz", f"PSD of the speed difference, {title}")
     low, high = axes[0, 0].get_ylim()
