@@ -13,6 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
 from .errors import InputError
@@ -88,16 +89,23 @@ def known(value: Any) -> np.ndarray | None:
     Under `grad` alone they are known. No JAX operation touches what is known already: inside `jit`
     it would be traced from then on.
     """
-    if isinstance(value, jax.core.Tracer):
+    if isinstance(value, Tracer):
         value = jax.lax.stop_gradient(value)
-        if isinstance(value, jax.core.Tracer):
+        if isinstance(value, Tracer):
             return None
     return np.asarray(value)
 
 
+def numbers(value: Any) -> np.ndarray:
+    """The numbers behind a value that is known to be concrete."""
+    found = known(value)
+    assert found is not None, "traced where numbers are needed"
+    return found
+
+
 def is_concrete(value: Any) -> bool:
     """Whether the numbers are known: false for what `jit` or `vmap` traces."""
-    return not isinstance(value, jax.core.Tracer) or known(value) is not None
+    return not isinstance(value, Tracer) or known(value) is not None
 
 
 def problems(module: eqx.Module, place: str, prefix: str = "") -> Iterator[str]:
@@ -135,17 +143,17 @@ def _faults(field: dataclasses.Field, value: Any, place: str, path: str) -> Iter
         wanted = " or ".join(_shape_words(ok) for ok in rule["shapes"])
         yield f"`{place}`: {path} must be {wanted}, but has shape {shape}"
         return
-    numbers = known(value)
-    if numbers is None:
+    found = known(value)
+    if found is None:
         return
-    numbers = numbers.ravel()
+    found = found.ravel()
     for bad, words in (
-        (~np.isfinite(numbers), "finite"),
-        (numbers <= 0 if rule["positive"] else np.zeros(0, bool), "positive"),
-        (numbers < 0 if rule["nonnegative"] else np.zeros(0, bool), "zero or positive"),
+        (~np.isfinite(found), "finite"),
+        (found <= 0 if rule["positive"] else np.zeros(0, bool), "positive"),
+        (found < 0 if rule["nonnegative"] else np.zeros(0, bool), "zero or positive"),
     ):
         if np.any(bad):
-            yield f"`{place}`: {path} must be {words}, but is {numbers[bad][0]:g}{unit}"
+            yield f"`{place}`: {path} must be {words}, but is {found[bad][0]:g}{unit}"
             return
 
 

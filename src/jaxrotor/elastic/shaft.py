@@ -1,6 +1,6 @@
 """The shaft section of the paper: elastic and damping, without inertia of its own."""
 
-from typing import ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -33,9 +33,10 @@ class ShaftMaterial(eqx.Module):
     density: Float[Array, ""] = parameter("kg/m^3", positive=True)
 
 
-def _as_parameters(material):
+def _as_parameters(material: Any) -> Any:
     if isinstance(material, Material):
-        return ShaftMaterial(material.youngs_modulus, material.shear_modulus, material.density)
+        m: Any = material
+        return ShaftMaterial(m.youngs_modulus, m.shear_modulus, m.density)
     return material
 
 

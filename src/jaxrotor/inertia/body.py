@@ -1,26 +1,30 @@
 """A rigid body with any inertia: three distinct moments, any mass centre."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..kinematics import Vector
+from ..kinematics import Vector, rotation
 from ..parameter import parameter
-from ..protocol import AbstractInertia, Vec6
+from ..protocol import AbstractInertia, Ported, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
 
 
-class RigidBody(AbstractInertia):
+class RigidBody(AbstractInertia, Ported):
     """A rigid body without symmetry: a bladed hub, a crank, a casing.
 
     `inertia` is the tensor about the mass centre, kg·m², in the frame that turns with phi: three
     principal moments along its axes, or the full symmetric 3x3. `mass_centre` (m) lies in the same
-    frame, seen from the station's centre.
+    frame, seen from the station's centre; port `"name.mass_centre"` is there.
     """
 
     mass: Float[Array, ""] = parameter("kg", positive=True)
     inertia: Float[Array, "3"] | Float[Array, "3 3"] = parameter("kg*m^2", shapes=((3,), (3, 3)))
     mass_centre: Float[Array, "3"] = parameter("m", shapes=((3,),), default=(0.0, 0.0, 0.0))
+
+    ports: ClassVar[tuple[str, ...]] = ("mass_centre",)
 
     def faults(self):
         J = np.diag(self.inertia) if self.inertia.ndim == 1 else self.inertia
@@ -67,6 +71,11 @@ class RigidBody(AbstractInertia):
         """Mass centre less the station's centre in the frame that tilts but does not spin, m."""
         m = self.mass_centre
         return _spun(q, (m[0], m[1], m[2]))
+
+    def shift(self, port: str, q: Vec6) -> Vec6 | None:
+        if port != "mass_centre":
+            return None
+        return jnp.concatenate([rotation(q) @ self.mass_centre, jnp.zeros(3)])
 
     def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
         return rigid_kinetic_energy(q, v, self.mass, self.mass_centre, self.tensor())

@@ -4,7 +4,7 @@ The state is `y = [u, s, z]`: free coordinates and rates, measured from the refe
 elements' internal states. The order inside `u` is the layout's; `pack` and `evaluate` translate.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -242,7 +242,7 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
     for group, element in zip(system.layout.stations, system.stations):
         at = slice(group.start, group.stop)
 
-        def one(e, q, v, Q, held=None, group=group):
+        def one(e, q, v, Q, held: Any = None, group=group):
             # row by row: the sum with a whole weight vector would not fuse with what follows
             weight = e.weight(q, system.gravity)
             Q = jnp.stack([Q[i] + weight[i] for i in range(6)])

@@ -44,7 +44,7 @@ class Machine(eqx.Module):
     connectors: tuple[AbstractElement, ...]
     motions: tuple[AbstractMotion, ...]
     gravity: Float[Array, "3"] = parameter("m/s^2", shapes=((3,),))
-    wiring: Wiring = eqx.field(static=True)
+    wiring: Wiring = eqx.field(static=True)  # pyright: ignore[reportGeneralTypeIssues]
 
     def __init__(
         self,

@@ -65,7 +65,8 @@ def energy_audit(
     Energies and losses come from the elements' own `energy`, `power_lost`, `kinetic_energy` and
     `height_energy`, which are written apart from their forces, so a balance means something. An
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
-    for `simulate`, but the step is planned for an error of 1e-6; raises `InputError` where an elastic element keeps no account of its energy.
+    for `simulate`, but the step is planned for an error of 1e-6. Raises `InputError` where an elastic
+    element keeps no account of its energy.
     """
     machine.check()
     for name, element in machine.elements().items():
@@ -159,10 +160,13 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
     for element, group in zip(system.stations, system.layout.stations):
         at = slice(group.start, group.stop)
         q, v = ev.q[:, at], ev.v[:, at]
-        over = dict(in_axes=-1, out_axes=-1)
-        kinetic += jnp.sum(jax.vmap(lambda e, q, v: e.kinetic_energy(q, v), **over)(element, q, v))
+        kinetic += jnp.sum(
+            jax.vmap(lambda e, q, v: e.kinetic_energy(q, v), in_axes=-1, out_axes=-1)(element, q, v)
+        )
         potential += jnp.sum(
-            jax.vmap(lambda e, q: e.height_energy(q, system.gravity), **over)(element, q)
+            jax.vmap(lambda e, q: e.height_energy(q, system.gravity), in_axes=-1, out_axes=-1)(
+                element, q
+            )
         )
     for book in books:
         if book[2]:

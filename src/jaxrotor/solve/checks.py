@@ -11,7 +11,7 @@ from ..errors import InputError, SimulationFailed
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
-from ..parameter import is_concrete, known
+from ..parameter import is_concrete, known, numbers
 from ..protocol import AbstractPrescribed
 from .equilibrium import refuse_unbalanced
 from .response import Response
@@ -95,15 +95,15 @@ def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
     if isinstance(initial, str) and initial == "static":
         refuse_unbalanced(response.machine, checks)
-    if isinstance(initial, str) and initial == "steady" and not known(checks) < _STEADY_GAP:
+    if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
         raise InputError(
-            f"no periodic whirl was found: after a turn the state differs by {known(checks):.1e} of "
+            f"no periodic whirl was found: after a turn the state differs by {numbers(checks):.1e} of "
             "its size; the torques on the line do not balance at this speed, or it is unstable there"
         )
     sample = response.failed_at()
     if sample is not None:
         kept = response.until(sample)
-        t = known(response.t)
+        t = numbers(response.t)
         raise SimulationFailed(
             f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
             f"and {t[sample]:.6g} s ({response.info.solver}, "

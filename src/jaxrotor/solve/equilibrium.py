@@ -10,7 +10,7 @@ from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
-from ..parameter import known
+from ..parameter import known, numbers
 from .newton import newton_root
 from .state import State, from_flat
 
@@ -74,7 +74,7 @@ def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
             'initial="undeformed"'
         )
     left[:, 5] = 0.0
-    weight = 1e-6 * (1.0 + np.linalg.norm(known(machine.gravity)))
+    weight = 1e-6 * (1.0 + np.linalg.norm(numbers(machine.gravity)))
     station, coordinate = np.unravel_index(np.argmax(left), left.shape)
     if left[station, coordinate] > weight:
         unit = "N" if coordinate < 3 else "N*m"

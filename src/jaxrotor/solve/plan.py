@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..parameter import is_concrete, known
+from ..parameter import is_concrete, numbers
 from .exponential import ExponentialAdams
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
@@ -78,7 +78,8 @@ def plan(
     substeps = bucket(top * interval / _LARGEST_TURN)
     error = math.inf
     for _ in range(6):
-        error = float(_pilot(machine, *map(jnp.asarray, (when, interval, substeps, top)), order))
+        at = [jnp.asarray(x) for x in (when, interval, substeps, top)]
+        error = float(_pilot(machine, at[0], at[1], at[2], at[3], order))
         if error <= tolerance:
             break
         if not math.isfinite(error):
@@ -97,7 +98,7 @@ def plan(
 
 def _numbers(machine: Machine) -> Machine:
     """Free of what `grad` wraps around them: the choice of a step has no derivative."""
-    return jax.tree.map(lambda x: jnp.asarray(known(x)), machine)
+    return jax.tree.map(lambda x: jnp.asarray(numbers(x)), machine)
 
 
 def top_speed(machine: Machine, t_end: float, speed: Any = None) -> tuple[float, float]:
@@ -105,7 +106,7 @@ def top_speed(machine: Machine, t_end: float, speed: Any = None) -> tuple[float,
     times = np.linspace(0.0, t_end, 512)
     speeds = np.abs(np.asarray(_speeds(_numbers(machine), jnp.asarray(times))))
     i = int(np.argmax(speeds))
-    own = 0.0 if speed is None else abs(float(known(speed)))  # pyright: ignore
+    own = 0.0 if speed is None else abs(float(numbers(speed)))
     return float(times[i]), max(float(speeds[i]), own)
 
 

@@ -17,7 +17,7 @@ from ..machine.field import Evaluation, evaluate
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..machine.wiring import unknown
-from ..parameter import known
+from ..parameter import numbers
 from ..protocol import Acting, Linear, Ported, Signalling
 
 
@@ -81,7 +81,7 @@ class Response(eqx.Module):
 
     def failed_at(self) -> int | None:
         """Index of the first sample that is not finite, or `None`."""
-        bad = ~np.all(np.isfinite(known(self.y)), axis=-1)
+        bad = ~np.all(np.isfinite(numbers(self.y)), axis=-1)
         return int(np.argmax(bad)) if bad.any() else None
 
     def until(self, sample: int) -> "Response":
@@ -242,8 +242,12 @@ class StationResponse(_Part):
         """Where the mass centre is, m; the geometric centre for a balanced part."""
         element, q = self._element, self.position
         if isinstance(element, Ported) and "mass_centre" in element.ports:
-            shift = jax.vmap(lambda p: element.shift("mass_centre", p))(q)
-            return q[:, :3] + shift[:, :3]
+
+            def offset(p):
+                shift = element.shift("mass_centre", p)
+                return jnp.zeros(3) if shift is None else shift[:3]
+
+            return q[:, :3] + jax.vmap(offset)(q)
         return q[:, :3]
 
 

@@ -1,5 +1,6 @@
 """Runs a machine through time."""
 
+import dataclasses
 import time
 from typing import Any, Literal
 
@@ -65,31 +66,23 @@ def simulate(
     machine.check()
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
-    exponential = solver is None or isinstance(solver, (ExponentialAdams, ETD4RK))
-    if exponential:
+    words = initial if isinstance(initial, str) else "given state"
+    if solver is None or isinstance(solver, (ExponentialAdams, ETD4RK)):
         chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
         solver = with_substeps(solver, chosen)
-        known = dict(
-            order=chosen.order if isinstance(solver, ExponentialAdams) else 4,
-            substeps=chosen.substeps,
-            step=1.0 / sample_rate / chosen.substeps,
-            linearised_at=chosen.speed,
-            planned_top_speed=chosen.top_speed,
-            pilot_error=chosen.error,
-            tolerance=chosen.tolerance,
-        )
+        info = planned(solver, chosen, sample_rate, words)
         numbers = jnp.asarray([chosen.speed])
+        expected = count * chosen.substeps
     else:
-        if step is not None and isinstance(step, Plan):
+        if isinstance(step, Plan):
             raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
-        known = dict(order=None, substeps=None, step=step)
+        info = RunInfo(type(solver).__name__, initial=words, step=step)
         numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
+        progress, expected = False, 0
     interval = jnp.asarray(1.0 / sample_rate, float)
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
-    steps = count * (known["substeps"] or 0)
-    wanted = progress if concrete and exponential else False
     began = time.perf_counter()
-    with progress_bar(count, steps, wanted) as every:
+    with progress_bar(count, expected, progress if concrete else False) as every:
         y, steps, checks = _run(
             machine,
             initial,
@@ -104,19 +97,11 @@ def simulate(
         )
         if concrete:
             jax.block_until_ready(y)
-    info = RunInfo(
-        solver=type(solver).__name__,
-        initial=initial if isinstance(initial, str) else "given state",
-        order=known["order"],
-        substeps=known["substeps"],
-        **{
-            k: None if v is None else jnp.asarray(v, float)
-            for k, v in known.items()
-            if k not in ("order", "substeps")
-        },
+    info = dataclasses.replace(
+        info,
         steps=steps,
         seconds=jnp.asarray(time.perf_counter() - began),
-        steady_gap=checks if initial == "steady" else None,
+        steady_gap=checks if words == "steady" else None,
     )
     response = Response(machine, jnp.arange(count) * interval, y, info)
     if concrete and is_concrete(y):
@@ -143,6 +128,21 @@ def chosen_plan(machine, t_end, sample_rate, speed, solver, step) -> Plan:
     return Plan(bucket(1.0 / sample_rate / float(step)), order, 0.5 * top, top, nan, nan)
 
 
+def planned(solver, chosen: Plan, sample_rate: float, initial: str) -> RunInfo:
+    """What a plan says of the run to come."""
+    return RunInfo(
+        type(solver).__name__,
+        order=chosen.order if isinstance(solver, ExponentialAdams) else 4,
+        substeps=chosen.substeps,
+        initial=initial,
+        step=jnp.asarray(1.0 / sample_rate / chosen.substeps),
+        linearised_at=jnp.asarray(chosen.speed),
+        planned_top_speed=jnp.asarray(chosen.top_speed),
+        pilot_error=jnp.asarray(chosen.error),
+        tolerance=jnp.asarray(chosen.tolerance),
+    )
+
+
 def with_substeps(solver, chosen: Plan) -> ExponentialAdams | ETD4RK:
     if solver is None:
         return ExponentialAdams(chosen.order, chosen.substeps)
@@ -157,7 +157,7 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
     samples = jnp.arange(count) * interval
     y0, checks = start(machine, system, initial, speed)
     jumps = jump_times(machine)
-    terms = diffrax.ODETerm(vector_field)
+    terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
     if isinstance(solver, (ExponentialAdams, ETD4RK)):
         A = solver.linear_part
         if A is None:

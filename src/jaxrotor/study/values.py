@@ -71,6 +71,7 @@ def read_parameter(
         fault(path, f"must be a list, but is {shown(value)}: write [{listed}]")
         return None, faults
     if not faults and not _even(found):
+        assert isinstance(found, list)
         rows = ", ".join(str(len(row)) if isinstance(row, list) else "1" for row in found)
         fault(path, f"must have rows of one length, but they have {rows} entries: fill them up")
     if not faults:
