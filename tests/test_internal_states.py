@@ -108,28 +108,53 @@ def test_relaxation_of_a_held_twist():
 
 
 def test_states_of_stacked_elements_are_kept_apart():
-    """Three of a kind with different numbers and starts, in one line, against three lines."""
+    """Three of a kind, of two states each, with different numbers and starts: each its own line."""
 
-    class Started(Maxwell):
-        start: jax.Array = jr.parameter("rad", default=0.0)
+    class Double(jr.AbstractElastic, jr.Stateful):
+        """Two Maxwell elements side by side, the second with half the damping."""
+
+        stiffness: jax.Array = jr.parameter("N*m/rad")
+        damping: jax.Array = jr.parameter("N*m*s/rad")
+        start: jax.Array = jr.parameter("rad", shapes=((2,),))
 
         def initial(self):
-            return self.start[None]
+            return self.start
 
-    numbers = [(300.0, 4.0, 0.1), (200.0, 1.0, -0.2), (500.0, 2.0, 0.3)]
-    wall = jr.PrescribedSpin(jr.ConstantSpeed(0.0))
-    elements, rotor = {}, jr.Rotor(1.0, J1, 0.02)
+        def rates(self, t, motions, accelerations, state):
+            (a, _), (b, _) = motions
+            damping = self.damping * jnp.array([1.0, 0.5])
+            return self.stiffness / damping * (b[5] - a[5] - state)
+
+        def forces(self, t, motions, state):
+            (a, _), (b, _) = motions
+            torque = jnp.sum(self.stiffness * (b[5] - a[5] - state))
+            pull = jnp.zeros(6).at[5].set(torque)
+            return pull, -pull
+
+    numbers = [(300.0, 4.0, (0.1, 0.3)), (200.0, 1.0, (-0.2, 0.5)), (500.0, 2.0, (0.3, -0.1))]
+    wall, rotor = jr.PrescribedSpin(jr.ConstantSpeed(0.0)), jr.Rotor(1.0, J1, 0.02)
+    elements = {}
     for i, n in enumerate(numbers):
-        elements |= {f"m{i}": Started(*n), f"r{i}": rotor}
+        elements |= {f"m{i}": Double(*n), f"r{i}": rotor}
     places = {f"m{i}": ("wall", f"r{i}") for i in range(3)}
-    options = dict(initial="undeformed", solver=diffrax.Dopri8(), step=1e-3)
-    together = jr.simulate(jr.Machine({"wall": wall, **elements}, places), 0.05, 100.0, **options)
+    together = jr.simulate(
+        jr.Machine({"wall": wall, **elements}, places),
+        0.05,
+        100.0,
+        initial="undeformed",
+        solver=diffrax.Dopri8(),
+        step=1e-3,
+    )
     for i, (k, c, at) in enumerate(numbers):
-        # phi'' = -k (phi - s)/J, s' = k (phi - s)/c
-        A = np.array([[0, 1, 0], [-k / J1, 0, k / J1], [k / c, 0, -k / c]])
-        expected = np.array([expm(A * t) @ [0, 0, at] for t in np.asarray(together.t)])
+        # phi'' = -k (2 phi - s1 - s2)/J, s1' = k (phi - s1)/c, s2' = 2 k (phi - s2)/c
+        A = np.zeros((4, 4))
+        A[0, 1] = 1
+        A[1] = np.array([-2 * k, 0, k, k]) / J1
+        A[2] = np.array([k, 0, -k, 0]) / c
+        A[3] = np.array([k, 0, 0, -k]) / c * 2
+        expected = np.array([expm(A * t) @ [0, 0, *at] for t in np.asarray(together.t)])
         np.testing.assert_allclose(together[f"r{i}"].phi, expected[:, 0], atol=1e-11)
-        torque = k * (expected[:, 0] - expected[:, 2])
+        torque = k * (2 * expected[:, 0] - expected[:, 2] - expected[:, 3])
         np.testing.assert_allclose(together[f"m{i}"].forces[:, 0, 5], torque, atol=1e-8)
 
 
