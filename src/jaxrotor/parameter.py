@@ -6,6 +6,8 @@ together. The same unit serves study files, tables and plots.
 """
 
 import dataclasses
+import difflib
+import typing
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -37,7 +39,10 @@ def as_float64(value: Any) -> Any:
     if value is None or isinstance(value, (str, bytes, dict, eqx.Module)):
         return value
     try:
-        return jnp.asarray(value, dtype=jnp.float64)
+        if any(isinstance(x, Tracer) for x in jax.tree.leaves(value)):
+            return jnp.asarray(value, dtype=jnp.float64)
+        with jax.ensure_compile_time_eval():  # inside jit a plain number stays a known number
+            return jnp.asarray(value, dtype=jnp.float64)
     except (TypeError, ValueError):
         return value
 
@@ -111,15 +116,45 @@ def is_concrete(value: Any) -> bool:
 def problems(module: eqx.Module, place: str, prefix: str = "") -> Iterator[str]:
     """Every fault in the parameters of `module` and of the modules nested in it."""
     own = {field.name for field, _ in parameter_fields(module)}
+    sound = True
     for field, value in parameter_fields(module):
-        yield from _faults(field, value, place, prefix + field.name)
+        for sentence in _faults(field, value, place, prefix + field.name):
+            sound = False
+            yield sentence
     for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
         value = getattr(module, field.name)
+        if "unit" not in field.metadata:
+            yield from _misfits(module, field, value, place, prefix + field.name)
         if isinstance(value, eqx.Module) and field.name not in own:
             yield from problems(value, place, f"{prefix}{field.name}.")
-    if hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
-        for sentence in jax.tree.map(known, module).faults():
-            yield f"`{place}`: {sentence}"
+    if sound and hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
+        with jax.ensure_compile_time_eval():
+            for sentence in jax.tree.map(known, module).faults():
+                yield f"`{place}`: {sentence}"
+
+
+def _misfits(module, field, value, place: str, path: str) -> Iterator[str]:
+    """Where a part or an option belongs: is it one?"""
+    allowed = typing.get_type_hints(type(module)).get(field.name)
+    if typing.get_origin(allowed) is typing.Literal:
+        options = typing.get_args(allowed)
+        if value not in options:
+            close = difflib.get_close_matches(str(value), options, n=1)
+            guess = f": did you mean {close[0]!r}?" if close else ""
+            yield (
+                f"`{place}`: {path} must be {' or '.join(map(repr, options))}, but is {value!r}"
+                f"{guess}"
+            )
+        return
+    kinds = tuple(k for k in (typing.get_args(allowed) or (allowed,)) if isinstance(k, type))
+    parts = tuple(k for k in kinds if issubclass(k, eqx.Module))
+    if parts and not isinstance(value, kinds):
+        names = [k.__name__ for p in parts for k in (p, *p.__subclasses__())]
+        names = field.metadata.get("made_by", [n for n in names if not n.startswith("Abstract")])
+        yield (
+            f"`{place}`: {path} must be made by {', '.join(names)}, but is {value!r} "
+            f"({type(value).__name__})"
+        )
 
 
 def _faults(field: dataclasses.Field, value: Any, place: str, path: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ from ..protocol import AbstractAttachment, Motion, Timed, Vec6
 
 
 def _as_schedule(value):
-    return value if isinstance(value, AbstractSchedule) else Steady(value)
+    return value if isinstance(value, eqx.Module) else Steady(value)
 
 
 class Torque(AbstractAttachment, Timed):

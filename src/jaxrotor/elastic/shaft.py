@@ -72,7 +72,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     length: Float[Array, ""] = parameter("m", positive=True)
     diameter: Float[Array, ""] = parameter("m", positive=True)
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    material: ShaftMaterial = eqx.field(converter=_as_parameters, default=STEEL)
+    material: ShaftMaterial = eqx.field(
+        converter=_as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
+    )
     rayleigh: Float[Array, "2"] = parameter(
         nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
     )
@@ -151,18 +153,23 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         q = jnp.concatenate([m[0] for m in motions])
         v = jnp.concatenate([m[1] for m in motions])
         turn = _TURN @ q
-        carried = jnp.concatenate(
-            [m[1][5] * turn[6 * i : 6 * i + 6] for i, m in enumerate(motions)]
-        )
+        spins = [self._spin(*m) for m in motions]
+        carried = jnp.concatenate([w * turn[6 * i : 6 * i + 6] for i, (w, _) in enumerate(spins)])
         B = self.rayleigh[1] * self._stiffness()
         circulatory = B @ carried
         damping = (circulatory - B @ v) * turn
         reaction = [-jnp.sum(damping[:6]), -jnp.sum(damping[6:])]
-        spin = jnp.zeros(6).at[5].set(1.0)
         return (
-            circulatory[:6] + spin * reaction[0],
-            circulatory[6:] + spin * reaction[1],
+            circulatory[:6] + spins[0][1] * reaction[0],
+            circulatory[6:] + spins[1][1] * reaction[1],
         )
+
+    def _spin(self, q: Vec6, v: Vec6) -> tuple[Array, Vec6]:
+        """The rate of the angle that measures twist, and that angle's derivatives by q."""
+        along = jnp.zeros(6).at[5].set(1.0)
+        if self.twist == "invariant":
+            along = along.at[3].set(q[4] / 2).at[4].set(q[3] / 2)
+        return along @ v, along
 
     def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
@@ -223,7 +230,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
             kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
         rates = []
         for q, v in motions:
-            speed = v[5]
+            speed, _ = self._spin(q, v)
             if self.twist == "invariant":
                 v = v + jnp.zeros(6).at[5].set(0.5 * (v[3] * q[4] + q[3] * v[4]))
             if self.damping == "rotating":

@@ -57,7 +57,7 @@ def relative_field(t, y, system: System, reference: Reference) -> Float[Array, "
     a = _add_spin(ev.a, -reference[2]).ravel()
     rates = s.ravel()
     if len(free) < n:
-        index = np.array(free)
+        index = np.array(free, dtype=int)
         a, rates = a[index], rates[index]
     return jnp.concatenate([rates, a, ev.rates])
 

@@ -11,12 +11,15 @@ from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..parameter import as_float64, parameter, problems
 from ..protocol import (
+    AbstractAttachment,
     AbstractElastic,
     AbstractElement,
     AbstractInertia,
+    AbstractPrescribed,
     AbstractStation,
     Lumping,
 )
+from .ends import check_ends
 from .paths import field_of, resolve, walk
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
 
@@ -63,7 +66,7 @@ class Machine(eqx.Module):
         self.motions = motions
         self.gravity = as_float64(gravity)
         self.check()
-        self.filled()
+        check_ends(self.filled().connectors, wiring)
 
     @classmethod
     def in_line(
@@ -179,6 +182,19 @@ class Machine(eqx.Module):
                         f"parameters, {', '.join(p for p, _ in walk(resolve(root, steps, path), path))}"
                         if isinstance(resolve(root, steps, path), eqx.Module)
                         else f"`{path}`: is an option, not a number: build the machine anew with it"
+                    )
+                if not steps and not any(
+                    isinstance(root, kind) and isinstance(value, kind)
+                    for kind in (
+                        AbstractPrescribed,
+                        AbstractInertia,
+                        AbstractElastic,
+                        AbstractAttachment,
+                    )
+                ):
+                    raise InputError(
+                        f"`{path}`: is a {type(root).__name__} and cannot become a "
+                        f"{type(value).__name__}: build the machine anew"
                     )
             else:
                 value = as_float64(value)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import diffrax
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +20,26 @@ from .state import State
 
 # A periodic whirl found by shooting must come back to this part of its size.
 _STEADY_GAP = 1e-7
+
+
+def check_solver(machine: Any, solver: Any, step: Any, rtol: Any, atol: Any) -> None:
+    """Are these a machine, a solver and numbers?"""
+    if not isinstance(machine, Machine):
+        raise InputError(f"machine must be a Machine, but is {machine!r}")
+    if solver is not None and not isinstance(solver, diffrax.AbstractSolver):
+        name = solver.__name__ if isinstance(solver, type) else "Tsit5"
+        raise InputError(
+            f"solver must be a solver of diffrax, such as diffrax.{name}(), but is {solver!r}"
+        )
+    for name, value in (("rtol", rtol), ("atol", atol), ("step", step)):
+        if value is None or type(value).__name__ == "Plan" or not is_concrete(value):
+            continue
+        try:
+            number = float(known(value))
+        except (TypeError, ValueError):
+            raise InputError(f"{name} must be a number, but is {value!r}") from None
+        if not 0 < number < float("inf"):
+            raise InputError(f"{name} must be positive and finite, but is {number:g}")
 
 
 def sample_count(t_end: Any, sample_rate: Any) -> int:
@@ -41,9 +62,12 @@ def sample_count(t_end: Any, sample_rate: Any) -> int:
 
 
 def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:
-    if not isinstance(initial, State) and initial not in ("static", "steady", "undeformed"):
+    if not isinstance(initial, State) and not (
+        isinstance(initial, str) and initial in ("static", "steady", "undeformed")
+    ):
         raise InputError(
-            'initial must be "static", "steady", "undeformed" or a State, but is ' + repr(initial)
+            'initial must be "static", "steady", "undeformed" or a State, but is '
+            + " ".join(repr(initial).split())
         )
     if isinstance(initial, State):
         if speed is not None:
@@ -55,6 +79,16 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
                     f"initial.{name} must have shape {shape} (stations, coordinates), but has "
                     f"{jnp.shape(getattr(initial, name))}"
                 )
+        count = assemble(machine).n_states()
+        if initial.internal is not None and jnp.shape(initial.internal) != (count,):
+            raise InputError(
+                f"initial.internal must hold {count} numbers, the elements' internal states, but "
+                f"has shape {jnp.shape(initial.internal)}"
+            )
+        for name in ("position", "velocity", "internal"):
+            value = getattr(initial, name)
+            if value is not None and is_concrete(value) and not np.all(np.isfinite(known(value))):
+                raise InputError(f"initial.{name} must be finite, but holds nan or inf")
         return jnp.zeros(())
     if speed is not None:
         try:
@@ -74,7 +108,11 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
             )
         speed = start
     speed = jnp.zeros(()) if speed is None else speed
-    if isinstance(initial, str) and initial == "steady" and known(speed) == 0:
+    if (
+        isinstance(initial, str)
+        and initial == "steady"
+        and (known(speed) is not None and abs(known(speed)) < 1e-6)
+    ):
         raise InputError('initial="steady" needs a speed other than 0 rad/s: give `speed`')
     return speed
 

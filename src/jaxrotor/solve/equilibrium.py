@@ -42,6 +42,8 @@ def resting(system: System, reference: Reference) -> Float[Array, " d"]:
     """The flat state of rest, measured from `reference`, whose speed must be zero."""
     n = n_free(system)
     z = initial_states(system)
+    if n == 0:
+        return z
     index = np.array(system.layout.free, dtype=int)
 
     def loads(u):

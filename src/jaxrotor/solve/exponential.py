@@ -199,7 +199,7 @@ class ExponentialAdams(diffrax.AbstractSolver):
                 t = t0 + i * h
                 history = push(history, N(t, y))
                 predicted = state.adams.predict @ jnp.concatenate([y, history])  # pyright: ignore
-                expected = ahead @ history.reshape(-1, d)
+                expected = ahead @ history.reshape(self.order_, d)
                 y = predicted + state.adams.correct @ (N(t + h, predicted) - expected)  # pyright: ignore
                 return (y, history), None
 

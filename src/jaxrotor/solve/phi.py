@@ -52,7 +52,7 @@ def _double(phi: Float[Array, "p d d"]) -> Float[Array, "p d d"]:
 
 def phi_functions(z: Float[Array, "d d"], count: int) -> Float[Array, "p d d"]:
     """`phi_0 - 1, phi_1, ..., phi_count` of `z/2`, stacked, and the same of `z`: (2, p, d, d)."""
-    norm = jnp.max(jnp.sum(jnp.abs(jax.lax.stop_gradient(z)), axis=1))
+    norm = jnp.max(jnp.sum(jnp.abs(jax.lax.stop_gradient(z)), axis=1), initial=0.0)
     doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1, 1, MAX_DOUBLINGS)
     small = z * 2.0**-doublings
     eye = jnp.eye(z.shape[0])

@@ -153,6 +153,8 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
         return jax.lax.scan(sample, start, jnp.arange(_PILOT_SAMPLES))[1]
 
     coarse, fine = jax.lax.map(run, jnp.stack([substeps, 2 * substeps]))
+    if n == 0:
+        return jnp.zeros(())
     error = jnp.max(jnp.abs(coarse - fine)[:, :n], axis=0)
     peak = jnp.max(jnp.abs(fine)[:, :n], axis=0)
     # a coordinate that hardly moves is judged by its kind: metres with metres, radians with radians

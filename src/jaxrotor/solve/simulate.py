@@ -15,7 +15,7 @@ from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
-from .checks import initial_speed, judge, sample_count
+from .checks import check_solver, initial_speed, judge, sample_count
 from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .knots import knots
@@ -63,6 +63,7 @@ def simulate(
     that fails is NaN from there on, the others unharmed.
     """
     require_x64()
+    check_solver(machine, solver, step, rtol, atol)
     machine.check()
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
@@ -170,6 +171,8 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
         else:
             controller = diffrax.PIDController(rtol=numbers[0], atol=numbers[1])
         if jumps.size:
+            if fixed:  # only an adaptive controller can be made to land on the jumps
+                controller = diffrax.PIDController(rtol=0.0, atol=1e300, dtmax=numbers[2])
             inside = (jumps > samples[0]) & (jumps < samples[-1])
             controller = diffrax.ClipStepSizeController(
                 controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
