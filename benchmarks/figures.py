@@ -87,7 +87,9 @@ PULL, DRAG = _assemble()
 
 def jacobian(speed):
     """d(dy/dt)/dy of the undeformed, balanced, frictionless line turning at `speed` (rad/s)."""
-    inertia = np.concatenate([np.array([MASS] * 3 + [TRANSVERSE] * 2 + [POLAR]), BEARING_INERTIA], 1)
+    inertia = np.concatenate(
+        [np.array([MASS] * 3 + [TRANSVERSE] * 2 + [POLAR]), BEARING_INERTIA], 1
+    )
     J = np.concatenate([np.eye(24, 48, 24), PULL / inertia.reshape(24, 1)])
     return J + speed * GYRO
 

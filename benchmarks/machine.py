@@ -44,6 +44,8 @@ def header(*packages):
     model = platform.processor() or platform.machine()
     if os.path.exists("/proc/cpuinfo"):
         with open("/proc/cpuinfo") as info:
-            model = next((x.split(":")[1].strip() for x in info if x.startswith("model name")), model)
+            model = next(
+                (x.split(":")[1].strip() for x in info if x.startswith("model name")), model
+            )
     versions = ", ".join(f"{p} {version(p)}" for p in ("jax", *packages))
     return f"{model}, {os.cpu_count()} cores; Python {platform.python_version()}, {versions}"

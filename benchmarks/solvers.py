@@ -6,11 +6,11 @@ import figures
 import handwritten
 import jax
 import jax.numpy as jnp
-import jaxrotor as jr
 import numpy as np
 from machine import two_rotors
 from sksundae.cvode import CVODE
 
+import jaxrotor as jr
 from jaxrotor.machine.field import jacobian, vector_field
 from jaxrotor.machine.system import assemble
 from jaxrotor.solve.weights import STAGES, adams_weights, extrapolation, runge_kutta_weights
@@ -29,7 +29,13 @@ def simulate(solver=None, substeps=None):
 
     def run():
         response = jr.simulate(
-            two_rotors(), T_END, 1 / SAMPLE, initial="undeformed", solver=solver, progress=False, **step
+            two_rotors(),
+            T_END,
+            1 / SAMPLE,
+            initial="undeformed",
+            solver=solver,
+            progress=False,
+            **step,
         )
         return np.stack([response["main"].x, response["main"].y], axis=1)
 

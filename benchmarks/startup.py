@@ -18,7 +18,6 @@ import jax
 jax.config.update("jax_enable_x64", True)
 
 import diffrax  # noqa: E402
-import jaxrotor  # noqa: E402
 import numpy as np  # noqa: E402
 from machine import header  # noqa: E402
 from solvers import (  # noqa: E402
@@ -29,6 +28,8 @@ from solvers import (  # noqa: E402
     handwritten_scan,
     simulate,
 )
+
+import jaxrotor  # noqa: E402
 
 REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_reference.npz"
 TARGET = 1e-8  # m: run times are compared at this error
@@ -112,12 +113,16 @@ def main():
     listed = list(methods())
     table = [
         (method, setting, compiling, run, error_of(path, reference))
-        for (method, setting, _), (path, compiling, run) in zip(listed, measure([m[2] for m in listed]))
+        for (method, setting, _), (path, compiling, run) in zip(
+            listed, measure([m[2] for m in listed])
+        )
     ]
 
     names = list(dict.fromkeys(row[0] for row in table))
     times = {n: at_target([(e, r) for m, _, _, r, e in table if m == n]) for n in names}
-    print(f"\n{'method':24}{'setting':14}{'compile s':>10}{'run s':>8}{'error m':>10}{'at 1e-8 m':>11}")
+    print(
+        f"\n{'method':24}{'setting':14}{'compile s':>10}{'run s':>8}{'error m':>10}{'at 1e-8 m':>11}"
+    )
     for i, (method, setting, compiling, run, error) in enumerate(table):
         last = i + 1 == len(table) or table[i + 1][0] != method
         ratio = f"{times[method] / times[OURS]:.2f}" if last and reference is not None else ""

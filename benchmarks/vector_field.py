@@ -92,7 +92,9 @@ def _instructions(compiled):
 def main():
     print(header("diffrax", "equinox"))
     machine = two_rotors()
-    names = [machine.wiring.stations[m] for g in assemble(machine).layout.stations for m in g.members]
+    names = [
+        machine.wiring.stations[m] for g in assemble(machine).layout.stations for m in g.members
+    ]
     order = [STATIONS.index(n) for n in names]
     by_hand = handwritten.field()
 
@@ -109,7 +111,9 @@ def main():
         "jaxrotor": (loop(vector_field), (ours, assemble(machine))),
     }
     results = measure(list(inputs.values()))
-    print(f"\n{'vector field':26}{'compile s':>10}{'us each':>9}{'instructions':>14}{'sin cos':>9}{'ratio':>7}")
+    print(
+        f"\n{'vector field':26}{'compile s':>10}{'us each':>9}{'instructions':>14}{'sin cos':>9}{'ratio':>7}"
+    )
     for name, (seconds, us, (count, trig)) in zip(inputs, results):
         print(f"{name:26}{seconds:10.2f}{us:9.2f}{count:14d}{trig:9d}{us / results[0][1]:7.2f}")
 

@@ -61,7 +61,9 @@ def compare_twist_laws(runs: dict[str, jr.Response], out: Path) -> None:
     """What the invariant law changes in the paper's Figures 17-19, in numbers and one picture."""
     t = np.asarray(next(iter(runs.values())).t)
     fig, axes = figure(3, 2, (13, 9.5))
-    print(f"{'':>10} {'law':>10} {'speed diff. peak, rms':>24} {'accel. diff. peak, rms':>26}  lines, Hz")
+    print(
+        f"{'':>10} {'law':>10} {'speed diff. peak, rms':>24} {'accel. diff. peak, rms':>26}  lines, Hz"
+    )
     for column, name in enumerate(("main", "second")):
         for colour, (law, run) in zip(COLOURS, runs.items()):
             speed = np.asarray(run[name].speed - run["end"].speed)
@@ -80,7 +82,9 @@ def compare_twist_laws(runs: dict[str, jr.Response], out: Path) -> None:
             axes[2, column].semilogy(f[1:], density[1:], color=colour, linewidth=0.9, label=law)
         label(axes[0, column], "time, s", "rad/s", f"`{name}` less drive: speed (Fig. 17)")
         label(axes[1, column], "time, s", "rad/s²", f"`{name}` less drive: acceleration (Fig. 18)")
-        label(axes[2, column], "frequency, Hz", "(rad/s)²/Hz", "PSD of the speed difference (Fig. 19)")
+        label(
+            axes[2, column], "frequency, Hz", "(rad/s)²/Hz", "PSD of the speed difference (Fig. 19)"
+        )
         axes[2, column].set_ylim(bottom=1e-16)
     legend(axes[0, 0], loc="upper right")
     fig.savefig(out / "twist_laws.png", dpi=150)
@@ -104,7 +108,9 @@ def differentiate_peak(machine: jr.Machine, out: Path) -> None:
     at = jnp.stack([machine.get(path) for path in paths])
     began = time.perf_counter()
     value, gradient = jax.jit(jax.value_and_grad(peak))(at)
-    print(f"peak {1e3 * value:.6f} mm; gradient with compiling {time.perf_counter() - began:.1f} s\n")
+    print(
+        f"peak {1e3 * value:.6f} mm; gradient with compiling {time.perf_counter() - began:.1f} s\n"
+    )
     function = jax.jit(peak)
     print(f"{'parameter':>32} {'value':>10} {'gradient':>15} {'differences':>15} {'relative':>9}")
     central = []
@@ -128,11 +134,18 @@ def differentiate_peak(machine: jr.Machine, out: Path) -> None:
     # per mm of length or eccentricity, per mrad of angle, in micrometres
     share = 1e3 * np.asarray(gradient)
     fig, ((ax,),) = figure(1, 1, (9, 5.5))
-    ax.barh(range(len(paths)), share, color=[COLOURS[0] if "length" in p else COLOURS[1] for p in paths])
+    ax.barh(
+        range(len(paths)), share, color=[COLOURS[0] if "length" in p else COLOURS[1] for p in paths]
+    )
     ax.set_yticks(range(len(paths)), paths)
     ax.invert_yaxis()
     ax.set_xscale("symlog", linthresh=1e-2)
-    label(ax, "change of main's peak amplitude, µm per mm (or per mrad)", "", "Sensitivity of the passage")
+    label(
+        ax,
+        "change of main's peak amplitude, µm per mm (or per mrad)",
+        "",
+        "Sensitivity of the passage",
+    )
     fig.savefig(out / "sensitivity.png", dpi=150)
 
 

@@ -69,9 +69,11 @@ def test_converges_to_the_reference(two_rotor, solver, steps, order):
 def test_another_solver_agrees(two_rotor):
     """Kvaerno5 of diffrax on the same vector field, the first 0.3 s."""
     settings = dict(t_end=0.3, sample_rate=1000.0, initial="undeformed")
-    other = jr.simulate(two_rotor(), **settings, solver=diffrax.Kvaerno5(), rtol=1e-8, atol=1e-11)
+    other = jr.simulate(two_rotor(), **settings, solver=diffrax.Kvaerno5(), rtol=1e-7, atol=1e-10)
     ours = jr.simulate(two_rotor(), **settings, step=1e-4)
     a, b = coordinates(other), coordinates(ours)
     peak = np.abs(b).max(0)
-    assert (np.abs(a - b).max(0) / peak).max() < 1e-6
+    found = np.abs(a - b).max(0)
+    assert (found / peak)[:, [0, 1, 3, 4, 5]].max() < 1e-6
+    assert found[:, 2].max() < 1e-15  # m: z moves by less than atol itself
     assert jnp.isfinite(other["main"].acceleration).all()

@@ -1,5 +1,7 @@
 """Torques and forces from outside."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -9,7 +11,7 @@ from ..parameter import parameter
 from ..protocol import AbstractAttachment, Motion, Timed, Vec6
 
 
-def _as_schedule(value):
+def _as_schedule(value: Any) -> Any:
     return value if isinstance(value, eqx.Module) else Steady(value)
 
 

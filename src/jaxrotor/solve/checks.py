@@ -35,7 +35,7 @@ def check_solver(machine: Any, solver: Any, step: Any, rtol: Any, atol: Any) -> 
         if value is None or type(value).__name__ == "Plan" or not is_concrete(value):
             continue
         try:
-            number = float(known(value))
+            number = float(numbers(value))
         except (TypeError, ValueError):
             raise InputError(f"{name} must be a number, but is {value!r}") from None
         if not 0 < number < float("inf"):
@@ -87,7 +87,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
             )
         for name in ("position", "velocity", "internal"):
             value = getattr(initial, name)
-            if value is not None and is_concrete(value) and not np.all(np.isfinite(known(value))):
+            if value is not None and is_concrete(value) and not np.all(np.isfinite(numbers(value))):
                 raise InputError(f"initial.{name} must be finite, but holds nan or inf")
         return jnp.zeros(())
     if speed is not None:
@@ -111,7 +111,8 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
     if (
         isinstance(initial, str)
         and initial == "steady"
-        and (known(speed) is not None and abs(known(speed)) < 1e-6)
+        and is_concrete(speed)
+        and abs(numbers(speed)) < 1e-6
     ):
         raise InputError('initial="steady" needs a speed other than 0 rad/s: give `speed`')
     return speed
