@@ -4,6 +4,7 @@ The simulation is a stand-in except in one test: what it computes is tested else
 """
 
 import _thread
+import json
 import os
 import subprocess
 import sys
@@ -68,6 +69,7 @@ def place(tmp_path, monkeypatch):
 
     report = types.ModuleType("jaxrotor.report")
     report.write_report = write_report
+    report.summary_table = lambda response: "disc  2 mm  300 rad/s"
     monkeypatch.setitem(sys.modules, "jaxrotor.report", report)
     figure = types.SimpleNamespace(
         savefig=lambda path, **_: Path(path).write_text(f"picture of {Path(path).name}")
@@ -92,24 +94,32 @@ def test_run_writes_everything_and_says_where(place, capsys):
     ]
     said = capsys.readouterr().out
     assert "results/disc/" in said and "response.nc" in said
-    (row,) = [line for line in said.splitlines() if line.startswith("disc ")]
-    assert row.split() == "disc 2 mm 300 rad/s 0.5 s -".split()
+    assert "disc  2 mm  300 rad/s\n" in said  # the report's table
     extra = (place / "results/disc/summary.json").read_text()
     for key in ("settings", "versions", "timings", "solver", "failed"):
         assert key in extra
 
 
 def test_a_real_run_from_file_to_file(place, monkeypatch):
+    """Nothing is a stand-in here: data, summary and figures of a real run."""
     import xarray
 
     monkeypatch.undo()
     monkeypatch.chdir(place)
-    monkeypatch.setitem(sys.modules, "jaxrotor.report", types.SimpleNamespace(write_report=_no_op))
+    (place / "disc.toml").write_text(STUDY.replace("4 ms", "200 ms"))
     assert main(["run", "disc.toml", "--quiet"]) == 0
     with xarray.open_dataset("results/disc/response.nc", engine="h5netcdf") as data:
         assert data["position"].sel(station="end", coordinate="phi").values == pytest.approx(
-            100 * np.pi * np.arange(5) * 1e-3
+            100 * np.pi * np.arange(201) * 1e-3
         )
+    summary = json.loads((place / "results/disc/summary.json").read_text())
+    assert summary["stations"]["end"]["final_speed_rad_s"] == pytest.approx(100 * np.pi)
+    assert summary["title"] == "a disc on a shaft" and summary["versions"]["jax"]
+    pictures = sorted(p.name for p in (place / "results/disc").glob("*.png"))
+    assert pictures[0] == "01_machine.png" and len(pictures) == 10
+    assert all((place / "results/disc" / p).stat().st_size > 10_000 for p in pictures)
+    assert main(["show", "disc.toml", "--out", "disc.png"]) == 0
+    assert (place / "disc.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def _no_op(*_):

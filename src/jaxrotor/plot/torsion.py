@@ -8,6 +8,9 @@ from ..solve.response import Response
 from . import select
 from .style import COLOURS, GREY, band, figure, label, legend
 
+# Drawn in place of nothing: a balanced line has no vibration, and a logarithm wants a number.
+_FLOOR = 1e-30
+
 
 def differences(response: Response, stations: list[str], driver: str) -> Figure:
     """Speed and acceleration of rotors less the drive's, over the run and in the passage."""
@@ -49,7 +52,7 @@ def spectrum(response: Response, stations: list[str], driver: str) -> Figure:
         for i, name in enumerate(stations):
             difference = np.asarray(response[name].speed) - w
             f, density = power_spectral_density(difference[part], rate)
-            ax.semilogy(f[1:], density[1:], color=COLOURS[i], linewidth=0.9, label=f"`{name}`")
+            ax.semilogy(f[1:], np.maximum(density[1:], _FLOOR), color=COLOURS[i], linewidth=0.9, label=f"`{name}`")
         for order in (1, 2):
             at = order * abs(w[-1]) / (2 * np.pi)
             if at < rate / 2:

@@ -16,6 +16,9 @@ from ..plot.style import close
 from ..solve.export import versions
 from ..solve.response import Response
 
+# Below this a third of the run is too short for a spectrum.
+_SPECTRUM_SAMPLES = 128
+
 
 def figures(response: Response) -> dict[str, Callable[[], Figure]]:
     """name -> what draws it, for all that this machine has something to show of."""
@@ -36,7 +39,8 @@ def figures(response: Response) -> dict[str, Callable[[], Figure]]:
         plans.append((f"inclinations_{name}", lambda name=name: plot.inclinations(response, name)))
     if drive is not None:
         plans.append(("speed_differences", lambda: plot.differences(response, rotors, drive)))
-        plans.append(("spectrum", lambda: plot.spectrum(response, rotors, drive)))
+        if len(response.t) >= _SPECTRUM_SAMPLES:
+            plans.append(("spectrum", lambda: plot.spectrum(response, rotors, drive)))
     if bearings:
         plans.append(("bearing_forces", lambda: plot.bearing_forces(response, bearings)))
     if shafts:
