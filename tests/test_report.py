@@ -57,8 +57,13 @@ def test_branches_get_lanes_of_their_own():
 def test_the_disc_is_drawn_to_scale(two_rotor):
     """Main's radius is sqrt(2 Jp/m) = 78.5 mm, its width 39.9 mm."""
     fig = plot.draw_machine(two_rotor())
-    sizes = [(p.get_width(), p.get_height()) for p in fig.axes[0].patches if hasattr(p, "get_width")]
-    assert any(w == pytest.approx(0.0401, rel=0.01) and h == pytest.approx(0.157, rel=0.01) for w, h in sizes)
+    sizes = [
+        (p.get_width(), p.get_height()) for p in fig.axes[0].patches if hasattr(p, "get_width")
+    ]
+    assert any(
+        w == pytest.approx(0.0401, rel=0.01) and h == pytest.approx(0.157, rel=0.01)
+        for w, h in sizes
+    )
     plt.close(fig)
 
 
@@ -90,7 +95,8 @@ def test_spectrum_keeps_the_variance_and_finds_the_line():
 
 
 @pytest.mark.parametrize(
-    "signal, words", [(np.ones(5), "16 samples at least"), (np.r_[np.ones(40), np.nan], "sample 40")]
+    "signal, words",
+    [(np.ones(5), "16 samples at least"), (np.r_[np.ones(40), np.nan], "sample 40")],
 )
 def test_spectrum_refuses(signal, words):
     with pytest.raises(jr.InputError, match=words):

@@ -52,7 +52,13 @@ def spectrum(response: Response, stations: list[str], driver: str) -> Figure:
         for i, name in enumerate(stations):
             difference = np.asarray(response[name].speed) - w
             f, density = power_spectral_density(difference[part], rate)
-            ax.semilogy(f[1:], np.maximum(density[1:], _FLOOR), color=COLOURS[i], linewidth=0.9, label=f"`{name}`")
+            ax.semilogy(
+                f[1:],
+                np.maximum(density[1:], _FLOOR),
+                color=COLOURS[i],
+                linewidth=0.9,
+                label=f"`{name}`",
+            )
         for order in (1, 2):
             at = order * abs(w[-1]) / (2 * np.pi)
             if at < rate / 2:

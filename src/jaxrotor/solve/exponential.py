@@ -203,7 +203,9 @@ class ExponentialAdams(diffrax.AbstractSolver):
                 y = predicted + state.adams.correct @ (N(t + h, predicted) - expected)  # pyright: ignore
                 return (y, history), None
 
-            (y, history), _ = jax.lax.scan(one, (y, history), jnp.arange(self.substeps))
+            (y, history), _ = jax.lax.scan(
+                one, (y, history), jnp.arange(self.substeps), unroll=self.substeps <= 4
+            )
             return y, history, filled, jnp.array(True)
 
         def start(y, history):
