@@ -1,6 +1,7 @@
 """The result of a run, by the names of the machine's parts."""
 
 import os
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,11 @@ class Response(eqx.Module):
         if name in wiring.connectors:
             return ConnectorResponse(self, name)
         raise InputError(unknown("element", name, wiring.order))
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """Every sample evaluated, once for all parts: accelerations, reactions, nodes."""
+        return _evaluate_all(self.machine, self.t, self.y)
 
     def member(self, i: int) -> "Response":
         """Response i of a batch."""
@@ -132,13 +138,9 @@ class _Part:
     def __init__(self, response: Response, name: str):
         self._response, self._name = response, name
         self._element = response.machine[name]
-        self._all: Evaluation | None = None
 
     def _evaluation(self) -> Evaluation:
-        if self._all is None:
-            r = self._response
-            self._all = _evaluate_all(r.machine, r.t, r.y)
-        return self._all
+        return self._response.evaluation
 
     def signals(self) -> dict[str, str]:
         """name -> unit of the element's own quantities, each an attribute here."""
