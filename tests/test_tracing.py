@@ -91,3 +91,26 @@ def test_failure_says_when_and_keeps_what_it_had(two_rotor):
     kept = error.value.response
     assert 3 < kept.t.shape[0] < 501
     assert np.isfinite(kept["main"].x).all()
+
+
+def test_a_free_line_is_planned_for_the_speed_that_it_reaches():
+    """A torque takes an unbalanced rotor from rest to 500 rad/s; nobody said so beforehand."""
+    machine = jr.Machine(
+        {
+            "rotor": jr.Rotor(2.0, 0.018, 0.010, unbalance=jr.Unbalance(1e-4, inclination=0.01)),
+            "springs": jr.LinearSupport(
+                [4e4, 4e4, 4e4, 90.0, 90.0, 0], [40.0, 40, 40, 0.1, 0.1, 0]
+            ),
+            "torque": jr.Torque(18.0),
+        },
+        {"springs": "rotor", "torque": "rotor"},
+    )
+    run = jr.simulate(machine, 0.5, 200.0, initial="undeformed")
+    assert run.stats["planned_top_speed"] == pytest.approx(500.0, rel=0.15)
+    fine = jr.simulate(machine, 0.5, 200.0, initial="undeformed", step=1e-4)
+    for name in ("x", "y", "psi", "theta", "speed"):
+        a, b = getattr(run["rotor"], name), getattr(fine["rotor"], name)
+        assert float(jnp.max(jnp.abs(a - b))) < 1e-4 * float(jnp.max(jnp.abs(b)))
+    # a state brings its speed too
+    start = jr.State(run["rotor"].position[-1:], run["rotor"].velocity[-1:])
+    assert jr.simulate(machine, 0.1, 200.0, initial=start).stats["planned_top_speed"] > 450.0

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError, SimulationFailed
+from ..machine.layout import lay_out
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
@@ -89,7 +90,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
             value = getattr(initial, name)
             if value is not None and is_concrete(value) and not np.all(np.isfinite(numbers(value))):
                 raise InputError(f"initial.{name} must be finite, but holds nan or inf")
-        return jnp.zeros(())
+        return jnp.max(jnp.abs(jnp.asarray(initial.velocity, float)[:, 5]))
     if speed is not None:
         try:
             speed = jnp.asarray(speed, float)
@@ -128,6 +129,21 @@ def is_driven(machine: Machine) -> bool:
 @eqx.filter_jit
 def _drive_speed(machine: Machine) -> Float[Array, ""]:
     return assemble(machine).reference(jnp.zeros(()))[1]
+
+
+def speed_beyond(response: Response, planned: float) -> float | None:
+    """The speed (rad/s) that a line without a drive reached beyond what was planned for; `None` where
+    it stayed below. A run that went astray counts with at most ten times the plan."""
+    if is_driven(response.machine):
+        return None
+    layout = lay_out(response.machine.filled())
+    free = np.array(layout.free, dtype=int)
+    rates = numbers(response.y)[:, free.size : 2 * free.size][:, free // layout.n_mass == 5]
+    rates = rates[np.isfinite(rates).all(axis=1)]
+    seen = float(np.abs(rates).max(initial=0.0))
+    if seen <= 1.1 * planned + 1.0:
+        return None
+    return min(seen, 10 * planned + 1000.0)
 
 
 def judge(response: Response, initial, checks) -> None:

@@ -15,7 +15,7 @@ from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
-from .checks import check_solver, initial_speed, judge, sample_count
+from .checks import check_solver, initial_speed, judge, sample_count, speed_beyond
 from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .knots import knots
@@ -25,6 +25,9 @@ from .progress import progress_bar
 from .response import Response, RunInfo
 from .state import State, to_flat
 from .steady import steady_whirl
+
+# Times that a run of a line without a drive is planned anew for the speed that it reached.
+_PLANS = 4
 
 Initial = Literal["static", "steady", "undeformed"]
 
@@ -68,44 +71,44 @@ def simulate(
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
     words = initial if isinstance(initial, str) else "given state"
+    interval = jnp.asarray(1.0 / sample_rate, float)
+    concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
+
+    def run(solver, info, numbers, bar):
+        began = time.perf_counter()
+        expected = count * (info.substeps or 0)
+        with progress_bar(count, expected, bar if concrete else False) as every:
+            y, steps, checks = _run(
+                machine, initial, speed, solver, interval, numbers, count, step is not None, adjoint, every
+            )  # fmt: skip
+            if concrete:
+                jax.block_until_ready(y)
+        info = dataclasses.replace(
+            info,
+            steps=steps,
+            seconds=jnp.asarray(time.perf_counter() - began),
+            steady_gap=checks if words == "steady" else None,
+        )
+        return Response(machine, jnp.arange(count) * interval, y, info), checks
+
     if solver is None or isinstance(solver, (ExponentialAdams, ETD4RK)):
         chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
-        solver = with_substeps(solver, chosen)
-        info = planned(solver, chosen, sample_rate, words)
-        numbers = jnp.asarray([chosen.speed])
-        expected = count * chosen.substeps
+        for _ in range(_PLANS):
+            sized = with_substeps(solver, chosen)
+            info = planned(sized, chosen, sample_rate, words)
+            response, checks = run(sized, info, jnp.asarray([chosen.speed]), progress)
+            faster = speed_beyond(response, chosen.top_speed) if concrete and step is None else None
+            if faster is None:
+                break
+            # a line that no drive holds found a speed of its own: plan for that
+            chosen = make_plan(machine, t_end, sample_rate, faster, order=chosen.order)
     else:
         if isinstance(step, Plan):
             raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
         info = RunInfo(type(solver).__name__, initial=words, step=step)
         numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
-        progress, expected = False, 0
-    interval = jnp.asarray(1.0 / sample_rate, float)
-    concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
-    began = time.perf_counter()
-    with progress_bar(count, expected, progress if concrete else False) as every:
-        y, steps, checks = _run(
-            machine,
-            initial,
-            speed,
-            solver,
-            interval,
-            numbers,
-            count,
-            step is not None,
-            adjoint,
-            every,
-        )
-        if concrete:
-            jax.block_until_ready(y)
-    info = dataclasses.replace(
-        info,
-        steps=steps,
-        seconds=jnp.asarray(time.perf_counter() - began),
-        steady_gap=checks if words == "steady" else None,
-    )
-    response = Response(machine, jnp.arange(count) * interval, y, info)
-    if concrete and is_concrete(y):
+        response, checks = run(solver, info, numbers, False)
+    if concrete and is_concrete(response.y):
         judge(response, initial, checks)
     return response
 
