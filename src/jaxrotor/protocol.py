@@ -98,6 +98,25 @@ class Energetic(AbstractElement):
         """Power turned into heat, W; never negative for a passive part."""
 
 
+class Powered(AbstractElement):
+    """Is fed from outside the machine: a motor by its supply, a governor by its actuator.
+
+    For parts that are `Energetic` too (their forces are not counted as a load's work then).
+    """
+
+    @abc.abstractmethod
+    def power_in(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
+        """Power drawn from outside, W."""
+
+
+class NonSmooth(eqx.Module):
+    """Marks an element, or a law inside one, whose force kinks, sticks or stiffens with its state.
+
+    The exponential methods are made for smooth forces: a machine with such a part is run by
+    Kvaerno5 unless its user says otherwise.
+    """
+
+
 class Stateful(AbstractElement):
     """Has internal states of its own: hysteresis, filters, currents."""
 
