@@ -9,7 +9,7 @@ kind and maps over them. Elements know no names and no node numbers, or they wou
 """
 
 import abc
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -70,8 +70,44 @@ class Acting(AbstractElement):
         """
 
 
-class AbstractElastic(Acting):
-    """Joins two stations (or ports of stations), in the order of the line."""
+class AbstractConnector(AbstractElement):
+    """Stands between two stations (or ports of stations), in the order of the line."""
+
+
+class AbstractElastic(AbstractConnector, Acting):
+    """Joins two stations by a force law."""
+
+
+class Parts(NamedTuple):
+    """What a composite is made of. Elements come stacked: every array has one more axis, the last,
+    of length `count`.
+
+    - `stations`: (stacked element, count) of each kind of inner station, numbered through from 0.
+    - `connectors`: (label, stacked element, ends) of each kind; `ends` has, for each end, `count`
+      places: the number of an inner station, or `LEFT` or `RIGHT`, the composite's own ends.
+    """
+
+    stations: tuple[tuple[AbstractElement, int], ...]
+    connectors: tuple[tuple[str, AbstractElement, tuple[tuple[int, ...], ...]], ...]
+
+
+LEFT, RIGHT = -1, -2
+
+
+class Composite(AbstractConnector):
+    """Stands for several elements with stations of its own between them.
+
+    Inner station k (from 1) of a composite `shaft` is `"shaft.k"` to the user.
+    """
+
+    @property
+    @abc.abstractmethod
+    def inner(self) -> int:
+        """How many stations it makes."""
+
+    @abc.abstractmethod
+    def parts(self) -> Parts:
+        """The elements, made anew in each solve, so that derivatives pass through."""
 
 
 class AbstractAttachment(Acting):
@@ -84,6 +120,46 @@ class Linear(AbstractElement):
     @abc.abstractmethod
     def matrices(self) -> tuple[Float[Array, "n n"], Float[Array, "n n"]]:
         """Stiffness K and damping C (n = 6 for each station): the force is `-K q - C v`."""
+
+
+class Massive(AbstractElement):
+    """Carries inertia that couples the accelerations of its stations: consistent mass.
+
+    Its kinetic energy is `v' M v/2` with M constant and v the rates of each station's coordinates,
+    phi' replaced by the spin `w = phi' + psi' sin theta`: so gyroscopic moments come from the same
+    energy, and the books close.
+    """
+
+    @abc.abstractmethod
+    def mass(self) -> Float[Array, "n n"]:
+        """M, n = 6 for each station; symmetric."""
+
+    @abc.abstractmethod
+    def kinetic_energy(self, motions: tuple[Motion, ...]) -> Float[Array, ""]:
+        """J; written without `mass`."""
+
+    @abc.abstractmethod
+    def height_energy(
+        self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]
+    ) -> Float[Array, ""]:
+        """Potential energy in gravity, J; linear in the coordinates."""
+
+
+class Carried(AbstractStation):
+    """A station that may have no inertia of its own, or not in all coordinates: shafts with mass
+    that adjoin it make up for what is missing."""
+
+    @abc.abstractmethod
+    def own_mass(self) -> Float[Array, "6 6"] | None:
+        """Its constant inertia, which may be singular; `None` where it needs nobody's help."""
+
+
+class Geared(AbstractElement):
+    """Joins two lines that turn at different speeds."""
+
+    @abc.abstractmethod
+    def ratio(self) -> Float[Array, ""]:
+        """Speed of the second station over that of the first."""
 
 
 class Energetic(AbstractElement):
@@ -156,6 +232,14 @@ class Ported(AbstractStation):
         `None` says that the port is the station's own centre. Forces on a port reach the station
         with the moments that this map implies (virtual work).
         """
+
+
+class Ended(Ported):
+    """A station of some length: in a line, what adjoins it is wired to its ends."""
+
+    @abc.abstractmethod
+    def end(self, side: str) -> str:
+        """What to append to its name for its `"left"` or `"right"` end: `".left"`, or nothing."""
 
 
 class Lumping(AbstractInertia):

@@ -1,27 +1,61 @@
-"""Does each connector act at as many places as it is given?"""
+"""Does each connector act at as many places as it is given, and has every station some inertia?"""
 
 import jax
 import jax.numpy as jnp
 
 from ..errors import InputError
-from ..protocol import AbstractElement, Acting, Linear, Stateful
-from .wiring import Wiring
+from ..protocol import AbstractElement, Acting, Carried, Linear, Massive, Stateful
+from .lineup import Lineup
 
 
-def check_ends(connectors: tuple[AbstractElement, ...], wiring: Wiring) -> None:
+def check_ends(lineup: Lineup) -> None:
     """Asks each force law for its shapes, without computing anything."""
-    for name, element, ends in zip(wiring.connectors, connectors, wiring.ends):
+    wiring, member = lineup.wiring, 0
+    for block in lineup.connectors:
+        name, ends, element = wiring.connectors[member], wiring.ends[member], block.one()
         acts_at = _acts_at(element, len(ends))
         if acts_at != len(ends):
             raise InputError(
                 f"`{name}`: a {type(element).__name__} acts at {acts_at} "
                 f"{'station' if acts_at == 1 else 'stations'}, but {len(ends)} are given: name as many"
             )
+        member += len(block)
+
+
+def check_carried(lineup: Lineup) -> None:
+    """A station without inertia of its own needs a shaft with mass beside it."""
+    wiring, member, massive = lineup.wiring, 0, set()
+    for block in lineup.connectors:
+        if isinstance(block.element, Massive):
+            massive |= {s for k in range(len(block)) for s, _ in wiring.ends[member + k]}
+        member += len(block)
+    member = 0
+    for block in lineup.stations:
+        one = block.one()
+        if isinstance(one, Carried) and jax.eval_shape(lambda s: s.own_mass(), one) is not None:
+            for k in range(member, member + len(block)):
+                name = wiring.stations[k]
+                held = {h.coordinate for h in wiring.held if h.station == k}
+                if k not in massive and len(held) < 6:
+                    raise InputError(
+                        f"`{name}`: has no mass of its own and no shaft with mass adjoins it: put "
+                        "a FiniteElementShaft or RigidElementShaft beside it, or make it a Rotor"
+                    )
+                if 5 in held and 3 not in held:
+                    raise InputError(
+                        f"`{name}`: phi of a station without mass of its own can be held only "
+                        "together with psi: hold psi too, or use a PrescribedSpin"
+                    )
+        member += len(block)
 
 
 def _acts_at(element: AbstractElement, given: int) -> int | str:
     if isinstance(element, Linear):
         size = jax.eval_shape(lambda e: e.matrices(), element)[0].shape[0] // 6
+        if size != given:
+            return size
+    if isinstance(element, Massive):
+        size = jax.eval_shape(lambda e: e.mass(), element).shape[0] // 6
         if size != given:
             return size
     if not isinstance(element, Acting):

@@ -13,12 +13,16 @@ from jaxtyping import Array, Float
 
 from ..drive.motion import differentiate
 from .constraint import held_acceleration
+from .mass import Coupled, solve_coupled
 from .system import Actor, System
 
 
-def _add_spin(x: Array, amount: Array) -> Array:
-    """`amount` added to the phi row. (A concatenation fuses where a product with a pattern does not
-    simplify: these microseconds are most of the field's.)"""
+def _add_spin(x: Array, amount: Array, system: System, first: int = 0) -> Array:
+    """`amount` of the reference's spin added to the phi row, of nodes from `first` on. (A
+    concatenation fuses where a product with a pattern does not simplify: these microseconds are most
+    of the field's.)"""
+    if system.turn is not None:
+        amount = amount * system.turn[first : first + x.shape[1]]
     return jnp.concatenate([x[:5], x[5:] + amount])
 
 
@@ -54,7 +58,7 @@ def relative_field(t, y, system: System, reference: Reference) -> Float[Array, "
     ev = _evaluate(t, u, s, z, system, reference, outputs=False)
     free = system.layout.free
     n = 6 * system.layout.n_mass
-    a = _add_spin(ev.a, -reference[2]).ravel()
+    a = _add_spin(ev.a, -reference[2], system).ravel()
     rates = s.ravel()
     if len(free) < n:
         index = np.array(free, dtype=int)
@@ -98,7 +102,7 @@ def pack(
     """The flat state of stations' coordinates `q`, `v` (6, n_mass), internal order."""
     phi, w, _ = reference
     index = np.array(system.layout.free, dtype=int)
-    u, s = _add_spin(q, -phi).ravel()[index], _add_spin(v, -w).ravel()[index]
+    u, s = (_add_spin(x, -r, system).ravel()[index] for x, r in ((q, phi), (v, w)))
     return jnp.concatenate([u, s, states])
 
 
@@ -113,7 +117,9 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
             differentiate(system.motions[m].position, t) if m >= 0 else (0.0, 0.0, 0.0)
             for m in held.values()
         ]
-        spin = np.array([p // layout.n_mass == 5 for p in held], float)
+        spin: Any = np.array([p // layout.n_mass == 5 for p in held], float)
+        if system.turn is not None:
+            spin = spin * system.turn[np.array([p % layout.n_mass for p in held])]
         at = np.argsort(np.array([*layout.free, *held]))
         u, s = (
             jnp.concatenate([x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]])[
@@ -132,7 +138,7 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     layout = system.layout
     phi, w, _ = reference
     n, m, g = layout.n_mass, layout.n_nodes, layout.n_ground
-    q, v = _add_spin(u, phi), _add_spin(s, w)
+    q, v = _add_spin(u, phi, system), _add_spin(s, w, system)
 
     # nodes: relative motion for the assembled part, absolute for force laws
     shift, shift_t, pull = _ports(q, v, system)
@@ -140,30 +146,40 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     whole = outputs or (g and not system.quiet_ground)
     if whole and g:
         qg, vg, ag = system.given(t, reference)
-        U = jnp.concatenate([U, _add_spin(qg, -phi)], axis=1)
-        S = jnp.concatenate([S, _add_spin(vg, -w)], axis=1)
+        U = jnp.concatenate([U, _add_spin(qg, -phi, system, m)], axis=1)
+        S = jnp.concatenate([S, _add_spin(vg, -w, system, m)], axis=1)
     matrix = system.whole if whole else system.moving
     state = jnp.concatenate([U.ravel(), S.ravel()])
     count = U.shape[1]
     spin = system.spin if whole else system.spin.reshape(6, m + g, 2)[:, :m].reshape(-1, 2)
     Q = (matrix @ state + spin[:, 0] * phi + spin[:, 1] * w).reshape(6, count)
 
-    N, V = _add_spin(U, phi), _add_spin(S, w)
-    if g and not whole and any(n >= m for a in system.actors for end in a.nodes for n in end):
-        qg, vg, _ = system.given(t, reference)
+    N, V = _add_spin(U, phi, system), _add_spin(S, w, system)
+    if g and not whole and _ground_acts(system):
+        qg, vg, ag = system.given(t, reference)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
     extra = [_act(t, actor, N, V, z) for actor in system.actors]
     Q = _gather(Q, [e for e in extra if e is not None], count)
+    if system.mass is not None:
+        Q = Q + system.mass.weight[:, :count]
 
     # what reaches the stations, then each kind's own acceleration
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
     a, reaction, loads = _accelerate(t, q, v, on_stations, system)
+    inertia = None
+    if system.mass is not None:
+        given = ag if g and N.shape[1] > m else jnp.zeros((6, 0))
+        coupled = _couple(t, q, v, (N, V, Q), on_stations, a, given, system)
+        a, inertia = coupled.acceleration, coupled.inertia_force
+        if outputs:
+            reaction = _coupled_reaction(t, q, v, on_stations, coupled, reaction, system)
     rates = _rates(t, N, V, a, q, v, z, system, reference)
     if outputs and g:
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
-        reaction = jnp.concatenate([reaction, -Q[:, m:]], axis=1)
+        on_ground = -Q[:, m:] if inertia is None else inertia[:, m:] - Q[:, m:]
+        reaction = jnp.concatenate([reaction, on_ground], axis=1)
     return Evaluation(q, v, a, (N, V), loads, reaction, z, rates)
 
 
@@ -237,10 +253,33 @@ def _gather(Q: Array, extra: list, count: int) -> Array:
     return Q
 
 
+def _ground_acts(system: System) -> bool:
+    """Whether a force law or a shaft with mass holds at a driven end."""
+    m = system.layout.n_nodes
+    if system.mass is not None and system.mass.touches_ground:
+        return True
+    return any(n >= m for a in system.actors for end in a.nodes for n in end)
+
+
+def _given(t, group, system: System) -> Array | None:
+    """Accelerations of the coordinates that a group does not find itself, (held, members)."""
+    if not group.held:
+        return None
+    given = [
+        [differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t for m in row]
+        for row in group.motions
+    ]
+    return jnp.stack([jnp.stack(row) for row in given], axis=-1)
+
+
 def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array, Array, Array]:
+    """Accelerations, reactions and loads of all stations, as if no shaft had mass."""
     parts = []
     for group, element in zip(system.layout.stations, system.stations):
         at = slice(group.start, group.stop)
+        if group.carried:  # all of its inertia is coupled, its weight too
+            parts.append((jnp.zeros_like(Q[:, at]), jnp.zeros_like(Q[:, at]), Q[:, at]))
+            continue
 
         def one(e, q, v, Q, held: Any = None, group=group):
             # row by row: the sum with a whole weight vector would not fuse with what follows
@@ -250,21 +289,68 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
                 return e.acceleration(q, v, Q), jnp.zeros(6), Q
             return *held_acceleration(e, q, v, Q, group.held, held), Q
 
-        held = None
-        if group.held:
-            given = [
-                [
-                    differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t
-                    for m in row
-                ]
-                for row in group.motions
-            ]
-            held = jnp.stack([jnp.stack(row) for row in given], axis=-1)
         parts.append(
-            jax.vmap(one, in_axes=-1, out_axes=-1)(element, q[:, at], v[:, at], Q[:, at], held)
+            jax.vmap(one, in_axes=-1, out_axes=-1)(
+                element, q[:, at], v[:, at], Q[:, at], _given(t, group, system)
+            )
         )
     a, reaction, loads = (jnp.concatenate(each, axis=1) for each in zip(*parts))
     return a, reaction, loads
+
+
+def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
+    """What shafts with mass make of the accelerations `a`."""
+    layout, mass = system.layout, system.mass
+    assert mass is not None
+    N, V, force = nodes
+    count = layout.n_nodes + layout.n_ground
+    fixed = jnp.zeros((6, count))
+    for group in layout.stations:
+        held = _given(t, group, system)
+        if group.carried and held is not None:
+            fixed = fixed.at[np.ix_(group.held, range(group.start, group.stop))].set(held)
+    if given.shape[1]:
+        fixed = fixed.at[:, layout.n_nodes :].set(given)
+
+    def full(x):  # driven ends that nothing holds on to may be left out of the arrays
+        return jnp.pad(x, ((0, 0), (0, count - x.shape[1])))
+
+    # P: accelerations of the touched stations per unit of each force
+    one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
+    response = jax.vmap(
+        lambda d: jax.jvp(lambda F: _accelerate(t, q, v, F, system)[0], (Q,), (d,))[1]
+    )
+    mobility = jnp.swapaxes(response(one), 0, 1)[:, :, np.array(mass.owners, int)]
+    k = np.array(mass.nodes, int)
+    if layout.ports:
+
+        def place(p):
+            return _spread(p, layout, _shift(p, system))[:, k]
+
+        J = jax.vmap(lambda d: jax.jvp(place, (q,), (d,))[1])(one)
+        J = jnp.swapaxes(J, 0, 1)
+        still = jnp.zeros_like(v)
+        drift = jax.jvp(lambda q, v: jax.jvp(place, (q,), (v,))[1], (q, v), (v, still))[1]
+    else:
+        J = jnp.eye(6)[:, :, None] + jnp.zeros(len(k))
+        drift = jnp.zeros((6, len(k)))
+    return solve_coupled(
+        mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift)
+    )
+
+
+def _coupled_reaction(t, q, v, Q, coupled: Coupled, reaction, system: System) -> Array:
+    """Constraint forces of held coordinates, the inertia of shafts included."""
+    mass, layout = system.mass, system.layout
+    assert mass is not None
+    if mass.owners:
+        on = Q.at[:, np.array(mass.owners)].add(coupled.on_owners)
+        reaction = _accelerate(t, q, v, on, system)[1]
+    for group in layout.stations:
+        if group.carried and group.held:
+            at = np.ix_(group.held, range(group.start, group.stop))
+            reaction = reaction.at[at].set(coupled.inertia_force[at] - Q[at])
+    return reaction
 
 
 def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:

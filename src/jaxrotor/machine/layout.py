@@ -10,26 +10,31 @@ from typing import Any
 
 import jax
 
-from ..protocol import AbstractInertia, AbstractPrescribed, Ported
-from .machine import Machine
+from ..protocol import AbstractPrescribed, Carried, Ported
+from .lineup import Block, Lineup
 
 
 @dataclass(frozen=True)
 class StationGroup:
-    """Stations of one kind with mass: internal indices `start` to `stop`, the machine's `members`,
-    coordinates that are not free, and for each member the motion of each (or -1)."""
+    """Stations of one kind with mass: internal indices `start` to `stop`, the line-up's `blocks` and
+    `members`, coordinates that are not free, and for each member the motion of each (or -1).
+    `carried`: their inertia is that of shafts with mass."""
 
+    blocks: tuple[int, ...]
     members: tuple[int, ...]
     start: int
     stop: int
     held: tuple[int, ...]
     motions: tuple[tuple[int, ...], ...]
+    carried: bool
 
 
 @dataclass(frozen=True)
 class ConnectorGroup:
-    """Connectors of one kind: the machine's `members`, and for each end the nodes it holds."""
+    """Connectors of one kind: the line-up's `blocks` and `members`, and for each end the nodes it
+    holds."""
 
+    blocks: tuple[int, ...]
     members: tuple[int, ...]
     nodes: tuple[tuple[int, ...], ...]
 
@@ -89,47 +94,58 @@ def structure(element: Any) -> Any:
     return tree, tuple(x.shape for x in leaves)
 
 
-def _grouped(keys: dict[int, Any]) -> list[tuple[int, ...]]:
-    kinds: list[tuple[Any, list[int]]] = []
-    for i, key in keys.items():
-        for known, members in kinds:
-            if known == key:
-                members.append(i)
-                break
-        else:
-            kinds.append((key, [i]))
-    return [tuple(members) for _, members in kinds]
+def _grouped(blocks: tuple[Block, ...], keys: list[Any]) -> list[tuple[list[int], list[int]]]:
+    """Blocks of one kind together: (blocks, members), in the order in which kinds appear."""
+    kinds: list[Any] = []
+    found: list[tuple[list[int], list[int]]] = []
+    member = 0
+    for i, (block, key) in enumerate(zip(blocks, keys)):
+        if key is not None:
+            if key not in kinds:
+                kinds.append(key)
+                found.append(([], []))
+            of_kind = found[kinds.index(key)]
+            of_kind[0].append(i)
+            of_kind[1].extend(range(member, member + len(block)))
+        member += len(block)
+    return found
 
 
-def lay_out(machine: Machine) -> Layout:
-    """`machine` must be `filled()`."""
-    wiring = machine.wiring
+def lay_out(lineup: Lineup) -> Layout:
+    """Only names, options and shapes are looked at."""
+    wiring = lineup.wiring
     held: dict[int, dict[int, int]] = {}
     for h in wiring.held:
         held.setdefault(h.station, {})[h.coordinate] = h.motion
-    with_mass = {
-        i: (structure(s), tuple(sorted(held.get(i, {}))))
-        for i, s in enumerate(machine.stations)
-        if isinstance(s, AbstractInertia)
-    }
+    keys, ground, first, member = [], [], {}, 0
+    for block in lineup.stations:
+        one = block.one()
+        first[member] = one
+        if isinstance(one, AbstractPrescribed):
+            ground.append(member)
+            keys.append(None)
+        else:
+            keys.append((structure(one), tuple(sorted(held.get(member, {})))))
+        member += len(block)
     groups, internal, start = [], {}, 0
-    for members in _grouped(with_mass):
-        coordinates = with_mass[members[0]][1]
+    for blocks, members in _grouped(lineup.stations, keys):
+        coordinates = tuple(sorted(held.get(members[0], {})))
+        one = first[members[0]]
         groups.append(
             StationGroup(
-                members,
+                tuple(blocks),
+                tuple(members),
                 start,
                 start + len(members),
                 coordinates,
-                tuple(tuple(held[m][c] for c in coordinates) for m in members)
-                if coordinates
-                else tuple(() for _ in members),
+                tuple(tuple(held[m][c] for c in coordinates) for m in members),
+                isinstance(one, Carried)
+                and jax.eval_shape(lambda s: s.own_mass(), one) is not None,
             )
         )
         for m in members:
             internal[m] = start
             start += 1
-    ground = tuple(i for i, s in enumerate(machine.stations) if isinstance(s, AbstractPrescribed))
     node_station = list(range(start))
     nodes: dict[tuple[int, str], int] = {(i, ""): k for i, k in internal.items()}
     for ends in wiring.ends:
@@ -140,38 +156,42 @@ def lay_out(machine: Machine) -> Layout:
     for k, s in enumerate(ground):
         internal[s] = start + k
         nodes[s, ""] = len(node_station) + k
-    connector_keys = {i: structure(c) for i, c in enumerate(machine.connectors)}
+    connector_keys, member = [], 0
+    for block in lineup.connectors:
+        connector_keys.append((structure(block.one()), len(wiring.ends[member])))
+        member += len(block)
     connectors = tuple(
         ConnectorGroup(
-            members,
+            tuple(blocks),
+            tuple(members),
             tuple(
                 tuple(nodes[wiring.ends[m][end]] for m in members)
                 for end in range(len(wiring.ends[members[0]]))
             ),
         )
-        for members in _grouped(
-            {i: (key, len(wiring.ends[i])) for i, key in connector_keys.items()}
-        )
+        for blocks, members in _grouped(lineup.connectors, connector_keys)
     )
     return Layout(
         tuple(groups),
-        ground,
+        tuple(ground),
         connectors,
-        _ports(machine, groups, nodes),
+        _ports(lineup, groups, nodes),
         tuple(node_station),
-        tuple(internal[i] for i in range(len(machine.stations))),
+        tuple(internal[i] for i in range(len(wiring.stations))),
     )
 
 
-def _ports(machine: Machine, groups, nodes) -> tuple[Port, ...]:
+def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:
     found = []
     for g, group in enumerate(groups):
-        first = machine.stations[group.members[0]]
+        first = lineup.stations[group.blocks[0]].one()
         if not isinstance(first, Ported):
             continue
         for name in ("", *first.ports):
             members = [m for m in group.members if (m, name) in nodes]
-            shifted = jax.eval_shape(lambda s: s.shift(name, jax.numpy.zeros(6)), first)  # noqa: B023
+            shifted = jax.eval_shape(
+                lambda s, name=name: s.shift(name, jax.numpy.zeros(6)), first
+            )  # noqa: B023
             if members and shifted is not None:
                 found.append(
                     Port(

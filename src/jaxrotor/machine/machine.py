@@ -1,6 +1,7 @@
 """The machine: its parts, how they are joined, and its parameters by name."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -12,14 +13,16 @@ from ..kinematics import COORDINATES
 from ..parameter import as_float64, parameter, problems
 from ..protocol import (
     AbstractAttachment,
-    AbstractElastic,
+    AbstractConnector,
     AbstractElement,
     AbstractInertia,
     AbstractPrescribed,
     AbstractStation,
+    Ended,
     Lumping,
 )
-from .ends import check_ends
+from .ends import check_carried, check_ends
+from .lineup import structure_of
 from .paths import field_of, resolve, walk
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
 
@@ -60,13 +63,15 @@ class Machine(eqx.Module):
         wiring, stations, connectors = wire(elements, connections)
         check_connected(wiring)
         held, motions = _hold(wiring, stations, fixed or {}, prescribed or {})
-        self.wiring = Wiring(wiring.stations, wiring.connectors, wiring.ends, held, wiring.order)
+        self.wiring = replace(wiring, held=held)
         self.stations = tuple(stations)  # pyright: ignore
         self.connectors = tuple(connectors)
         self.motions = motions
         self.gravity = as_float64(gravity)
         self.check()
-        check_ends(self.filled().connectors, wiring)
+        lineup = structure_of(self)
+        check_ends(lineup)
+        check_carried(lineup)
 
     @classmethod
     def in_line(
@@ -91,7 +96,7 @@ class Machine(eqx.Module):
                     f"`{names[i - 1]}` and `{name}` are two stations with nothing between them: "
                     "put a shaft or a coupling there"
                 )
-            if isinstance(elements[name], AbstractElastic):
+            if isinstance(elements[name], AbstractConnector):
                 if i in (0, len(names) - 1) or not isinstance(
                     elements[names[i + 1]], AbstractStation
                 ):
@@ -99,7 +104,11 @@ class Machine(eqx.Module):
                         f"`{name}`: an elastic element must stand between two stations: put a "
                         "rotor, a bearing or a driven end on either side"
                     )
-                connections[name] = (names[i - 1], names[i + 1])
+                before, after = elements[names[i - 1]], elements[names[i + 1]]
+                connections[name] = (
+                    names[i - 1] + (before.end("right") if isinstance(before, Ended) else ""),
+                    names[i + 1] + (after.end("left") if isinstance(after, Ended) else ""),
+                )
             elif not station and isinstance(elements[name], AbstractElement):
                 raise InputError(
                     f"`{name}`: a {type(elements[name]).__name__} does not stand in the line: "
@@ -188,7 +197,7 @@ class Machine(eqx.Module):
                     for kind in (
                         AbstractPrescribed,
                         AbstractInertia,
-                        AbstractElastic,
+                        AbstractConnector,
                         AbstractAttachment,
                     )
                 ):
@@ -227,7 +236,7 @@ class Machine(eqx.Module):
                 beside = tuple(
                     connector
                     for connector, ends in zip(self.connectors, self.wiring.ends)
-                    if isinstance(connector, AbstractElastic) and any(s == i for s, _ in ends)
+                    if isinstance(connector, AbstractConnector) and any(s == i for s, _ in ends)
                 )
                 try:
                     stations[i] = station.lumped(beside)
@@ -253,7 +262,11 @@ def _hold(
         if name not in wiring.stations:
             raise InputError(f"{what}: {unknown('station', name, wiring.stations)}")
         index = wiring.stations.index(name)
-        if not isinstance(stations[index], AbstractInertia):
+        if index >= len(stations):
+            raise InputError(
+                f"{what}: `{name}` is an inner station: put a Node between two shafts and name that"
+            )
+        if isinstance(stations[index], AbstractPrescribed):
             raise InputError(
                 f"`{name}`: all its coordinates are prescribed already: leave it out of {what}"
             )

@@ -7,7 +7,7 @@ from typing import Any
 import equinox as eqx
 
 from ..errors import InputError
-from ..parameter import parameter_fields
+from ..parameter import nested, parameter_fields
 from .wiring import unknown
 
 
@@ -19,26 +19,28 @@ def walk(module: eqx.Module, prefix: str) -> Iterator[tuple[str, Any]]:
     names = {field.name for field, _ in parameter_fields(module)}
     for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
         value = getattr(module, field.name)
-        if field.name not in names and isinstance(value, eqx.Module):
-            yield from walk(value, f"{prefix}.{field.name}")
+        if field.name not in names:
+            for name, part in nested(field, value):
+                yield from walk(part, f"{prefix}.{name}")
 
 
 def resolve(module: Any, steps: list[str], path: str) -> Any:
-    """Follows `steps` through the fields of `module`."""
+    """Follows `steps` through the fields of `module`; a number is a place in a tuple of parts."""
     for step in steps:
-        fields = (
-            [f.name for f in dataclasses.fields(module)]  # pyright: ignore
-            if isinstance(module, eqx.Module)
-            else []
-        )
-        if step not in fields:
-            raise InputError(f"`{path}`: {unknown('parameter', step, fields)}")
-        module = getattr(module, step)
+        if isinstance(module, eqx.Module):
+            below = {f.name: getattr(module, f.name) for f in dataclasses.fields(module)}  # pyright: ignore
+        elif isinstance(module, tuple):
+            below = {str(i): part for i, part in enumerate(module)}
+        else:
+            below = {}
+        if step not in below:
+            raise InputError(f"`{path}`: {unknown('parameter', step, list(below))}")
+        module = below[step]
     return module
 
 
 def field_of(module: Any, step: str) -> dataclasses.Field | None:
-    for field in dataclasses.fields(module):
+    for field in dataclasses.fields(module) if isinstance(module, eqx.Module) else ():
         if field.name == step:
             return field
     return None

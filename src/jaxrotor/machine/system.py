@@ -11,7 +11,10 @@ from jaxtyping import Array, Float
 from ..drive.motion import AbstractMotion, differentiate
 from ..protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from .layout import Layout, lay_out
+from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
+from .mass import CoupledMass, assemble_mass
+from .turning import turning
 
 
 class Actor(eqx.Module):
@@ -33,7 +36,8 @@ class System(eqx.Module):
 
     `moving` is `-[K C]` of the nodes on stations with mass; `whole` has the driven ends too (they
     matter for the reactions, and for the field where a driven end does more than spin).
-    `spin` holds the generalized forces of a common unit angle and a common unit speed.
+    `spin` holds the generalized forces of a common unit angle and a common unit speed. `turn`: speed
+    of each node over the reference's, where gears make them differ. `mass`: shafts with mass.
     """
 
     layout: Layout = eqx.field(static=True)
@@ -45,6 +49,8 @@ class System(eqx.Module):
     moving: Float[Array, "m m2"]
     whole: Float[Array, "n n2"]
     spin: Float[Array, "n 2"]
+    turn: Float[Array, " k"] | None
+    mass: CoupledMass | None
 
     def reference(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
         """Angle, speed and acceleration of the spin that the coordinates are measured from.
@@ -85,26 +91,33 @@ class System(eqx.Module):
         return max((a.states[1] for a in self.actors), default=0)
 
 
-def stack(elements: list[Any]) -> Any:
-    return jax.tree.map(lambda *x: jnp.stack(x, axis=-1), *elements)
+def _balanced(block: Block) -> Block:
+    """Without what turns with the shaft."""
+    if not isinstance(block.element, Nominal):
+        return block
+    if block.count is None:
+        return Block(block.element.nominal(), None)
+    nominal = jax.vmap(lambda e: e.nominal(), in_axes=-1, out_axes=-1)
+    return Block(nominal(block.element), block.count)
 
 
 def assemble(machine: Machine, nominal: bool = False) -> System:
     """Fills, stacks and assembles. `nominal` leaves out what turns with the shaft."""
-    machine = machine.filled()
-    stations, connectors = list(machine.stations), list(machine.connectors)
+    lineup = line_up(machine)
+    stations, connectors = list(lineup.stations), list(lineup.connectors)
     if nominal:
-        stations = [s.nominal() if isinstance(s, Nominal) else s for s in stations]
-        connectors = [c.nominal() if isinstance(c, Nominal) else c for c in connectors]
-    layout = lay_out(machine)
-    groups = tuple(stack([stations[m] for m in g.members]) for g in layout.stations)
-    joined = [(stack([connectors[m] for m in g.members]), g.nodes) for g in layout.connectors]
+        stations, connectors = [_balanced(s) for s in stations], [_balanced(c) for c in connectors]
+        lineup = Lineup(tuple(stations), tuple(connectors), lineup.wiring)
+    layout = lay_out(lineup)
+    groups = tuple(stack([stations[b] for b in g.blocks]) for g in layout.stations)
+    joined = [(stack([connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors]
     own = [
         (stacked, (tuple(range(g.start, g.stop)),))
         for stacked, g in zip(groups, layout.stations)
         if isinstance(stacked, (Acting, Linear))
     ]
-    matrices = _assemble_linear(layout, [*own, *joined])
+    turn = turning(layout, joined)
+    matrices = _assemble_linear(layout, [*own, *joined], turn)
     actors, first = [], 0
     for element, nodes in [*own, *joined]:
         count = 0
@@ -124,6 +137,8 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
         tuple(actors),
         machine.gravity,
         *matrices,
+        turn,
+        assemble_mass(layout, groups, joined, machine.gravity),
     )
 
 
@@ -137,7 +152,7 @@ def _acts(actor: Actor, count: int) -> bool:
     return shapes is not None
 
 
-def _assemble_linear(layout: Layout, parts) -> tuple[Array, Array, Array]:
+def _assemble_linear(layout: Layout, parts, turn) -> tuple[Array, Array, Array]:
     """One scatter for each kind, into K and C over all nodes, driven ends last."""
     m, n = layout.n_nodes, layout.n_nodes + layout.n_ground
     K = jnp.zeros((6, n, 6, n))
@@ -154,14 +169,18 @@ def _assemble_linear(layout: Layout, parts) -> tuple[Array, Array, Array]:
         [K[:, :m, :, :m].reshape(6 * m, 6 * m), C[:, :m, :, :m].reshape(6 * m, 6 * m)], axis=1
     )
     whole = -jnp.concatenate([K.reshape(6 * n, 6 * n), C.reshape(6 * n, 6 * n)], axis=1)
-    spin = -jnp.stack([K[:, :, 5].sum(-1).ravel(), C[:, :, 5].sum(-1).ravel()], axis=1)
+    turn = jnp.ones(n) if turn is None else turn
+    about = [-(X[:, :, 5] @ turn).ravel() for X in (K, C)]
+    spin = jnp.stack(about, axis=1)
     return moving, whole, spin
 
 
 def jump_times(machine: Machine) -> Float[Array, " n"]:
     """Every instant at which some element's force jumps, unsorted."""
     parts = [
-        part.times() for part in (*machine.stations, *machine.connectors) if isinstance(part, Timed)
+        part.times().ravel()
+        for part in (*machine.stations, *machine.connectors)
+        if isinstance(part, Timed)
     ]
     parts += [motion.jumps() for motion in machine.motions]
     return jnp.concatenate([jnp.zeros(0), *parts])

@@ -8,9 +8,10 @@ from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..protocol import (
     AbstractAttachment,
-    AbstractElastic,
+    AbstractConnector,
     AbstractElement,
     AbstractStation,
+    Composite,
     Ported,
 )
 
@@ -29,13 +30,18 @@ class Held:
 
 @dataclass(frozen=True)
 class Wiring:
-    """Names and connections. `ends[i]` lists connector i's ends as (station, port)."""
+    """Names and connections. `ends[i]` lists connector i's ends as (station, port).
+
+    `stations` has the user's first, then those that composites make: `inner[i]` is the number of the
+    first one of connector i.
+    """
 
     stations: tuple[str, ...]
     connectors: tuple[str, ...]
     ends: tuple[tuple[tuple[int, str], ...], ...]
     held: tuple[Held, ...]
     order: tuple[str, ...]
+    inner: tuple[int, ...] = ()
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> str:
@@ -63,7 +69,7 @@ def wire(
     """Sorts elements into stations and connectors and resolves where each connector ends."""
     for name, element in elements.items():
         check_name(name)
-        if not isinstance(element, (AbstractStation, AbstractElastic, AbstractAttachment)):
+        if not isinstance(element, (AbstractStation, AbstractConnector, AbstractAttachment)):
             raise InputError(
                 f"`{name}`: must be an element (a Rotor, a Shaft, ...), but is "
                 f"{type(element).__name__}: wrap it in a class derived from jaxrotor's "
@@ -81,7 +87,11 @@ def wire(
                 f"`{name}`: is a station ({type(elements[name]).__name__}) and is not connected "
                 "itself: connect shafts and attachments to it"
             )
-    names = tuple(stations)
+    names, inner = list(stations), []
+    for name, element in connectors.items():
+        inner.append(len(names))
+        if isinstance(element, Composite):
+            names += [f"{name}.{k + 1}" for k in range(element.inner)]
     ends = []
     for name, element in connectors.items():
         if name not in connections:
@@ -90,24 +100,29 @@ def wire(
             )
         given = connections[name]
         places = (given,) if isinstance(given, str) else tuple(given)
-        if isinstance(element, AbstractElastic) and len(places) != 2:
+        if isinstance(element, AbstractConnector) and len(places) != 2:
             raise InputError(f"`{name}`: joins two stations, but {len(places)} are given")
-        ends.append(tuple(_resolve(name, place, stations) for place in places))
+        ends.append(tuple(_resolve(name, place, stations, names) for place in places))
         if len(set(ends[-1])) != len(ends[-1]):
             raise InputError(f"`{name}`: both ends are at `{places[0]}`: name two places")
     return (
-        Wiring(names, tuple(connectors), tuple(ends), (), tuple(elements)),
+        Wiring(tuple(names), tuple(connectors), tuple(ends), (), tuple(elements), tuple(inner)),
         list(stations.values()),
         list(connectors.values()),
     )
 
 
 def _resolve(
-    connector: str, place: str, stations: Mapping[str, AbstractElement]
+    connector: str, place: str, stations: Mapping[str, AbstractElement], names: list[str]
 ) -> tuple[int, str]:
     if not isinstance(place, str):
         raise InputError(f"`{connector}`: a place is a station's name, but is {place!r}")
+    if place in names:
+        return names.index(place), ""
     station, _, port = place.partition(".")
+    inner = [n for n in names[len(stations) :] if n.startswith(f"{station}.")]
+    if inner:
+        raise InputError(f"`{connector}`: {unknown('inner station', place, inner)}")
     if station not in stations:
         raise InputError(f"`{connector}`: {unknown('station', station, stations)}")
     element = stations[station]
@@ -135,6 +150,10 @@ def check_connected(wiring: Wiring) -> None:
     for ends in wiring.ends:
         for (a, _), (b, _) in zip(ends, ends[1:]):
             group[root(a)] = root(b)
+    for i, first in enumerate(wiring.inner):
+        stop = [*wiring.inner, len(wiring.stations)][i + 1]
+        for k in range(first, stop):
+            group[root(k)] = root(wiring.ends[i][0][0])
     pieces = {root(i) for i in group}
     if len(pieces) > 1:
         first = wiring.stations[0]

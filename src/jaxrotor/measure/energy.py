@@ -11,8 +11,9 @@ from jaxtyping import Array, Float
 from ..errors import InputError
 from ..machine.field import Evaluation, evaluate, jacobian, vector_field
 from ..machine.machine import Machine
-from ..machine.system import System, assemble, jump_times, stack
-from ..protocol import AbstractAttachment, Acting, Energetic, Stateful
+from ..machine.lineup import line_up, stack
+from ..machine.system import System, assemble, jump_times
+from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
 from ..solve.checks import initial_speed, sample_count
 from ..solve.plan import Plan, plan as make_plan
 from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
@@ -114,19 +115,19 @@ def _audit(machine, initial, speed, plan, interval, count, at_speed) -> EnergyAu
 def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:
     """Stacked elements that keep accounts or act from outside: (element, nodes of each end, whether
     it is Energetic, rows of internal states)."""
-    layout, filled = system.layout, machine.filled()
+    layout, lineup = system.layout, line_up(machine)
     groups = [
         (element, (tuple(range(g.start, g.stop)),))
         for element, g in zip(system.stations, layout.stations)
     ]
     groups += [
-        (stack([filled.connectors[m] for m in g.members]), g.nodes) for g in layout.connectors
+        (stack([lineup.connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors
     ]
-    rows = {a.nodes: a.states for a in system.actors if isinstance(a.element, Stateful)}
+    rows = {(type(a.element), a.nodes): a.states for a in system.actors}
     return [
-        (element, nodes, isinstance(element, Energetic), rows.get(nodes, (0, 0)))
+        (element, nodes, isinstance(element, Energetic), rows.get((type(element), nodes), (0, 0)))
         for element, nodes in groups
-        if isinstance(element, (Energetic, Acting))
+        if isinstance(element, (Energetic, Acting, Massive))
     ]
 
 
@@ -145,9 +146,11 @@ def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
     put_in = jnp.sum(ev.reaction * ev.v)
     lost = jnp.zeros(())
     for book in books:
+        if isinstance(book[0], Powered):
+            put_in = put_in + jnp.sum(_each(t, ev, book, "power_in"))
         if book[2]:
             lost = lost + jnp.sum(_each(t, ev, book, "power_lost"))
-        else:
+        elif isinstance(book[0], Acting):
             forces = _each(t, ev, book, "forces") or ()
             for nodes, force in zip(book[1], forces):
                 put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
@@ -169,6 +172,15 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
             )
         )
     for book in books:
+        element, nodes = book[:2]
+        if isinstance(element, Massive):
+            motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
+            each = jax.vmap(
+                lambda e, m: (e.kinetic_energy(m), e.height_energy(m, system.gravity)),
+                in_axes=-1,
+                out_axes=-1,
+            )(element, motions)
+            kinetic, potential = kinetic + jnp.sum(each[0]), potential + jnp.sum(each[1])
         if book[2]:
             elastic += jnp.sum(_each(t, ev, book, "energy"))
     return kinetic, elastic, potential

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError, SimulationFailed
 from ..machine.layout import lay_out
+from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
@@ -73,7 +74,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
     if isinstance(initial, State):
         if speed is not None:
             raise InputError("a State brings its own speeds: leave `speed` out")
-        shape = (len(machine.stations), 6)
+        shape = (len(machine.wiring.stations), 6)
         for name in ("position", "velocity"):
             if jnp.shape(getattr(initial, name)) != shape:
                 raise InputError(
@@ -136,7 +137,7 @@ def speed_beyond(response: Response, planned: float) -> float | None:
     it stayed below. A run that went astray counts with at most ten times the plan."""
     if is_driven(response.machine):
         return None
-    layout = lay_out(response.machine.filled())
+    layout = lay_out(structure_of(response.machine))
     free = np.array(layout.free, dtype=int)
     rates = numbers(response.y)[:, free.size : 2 * free.size][:, free // layout.n_mass == 5]
     rates = rates[np.isfinite(rates).all(axis=1)]

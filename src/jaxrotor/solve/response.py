@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..files import written_whole
 from ..kinematics import spin_speed
 from ..machine.field import Evaluation, evaluate
+from ..machine.lineup import Lineup, line_up, structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..machine.wiring import unknown
@@ -60,12 +61,22 @@ class Response(eqx.Module):
     def __getitem__(self, name: str) -> "StationResponse | ConnectorResponse":
         if self.t.ndim != 1:
             raise InputError("this is a batch of responses: take one out with `response.member(i)`")
-        wiring = self.machine.wiring
+        wiring = self.lineup.wiring
         if name in wiring.stations:
             return StationResponse(self, name)
         if name in wiring.connectors:
             return ConnectorResponse(self, name)
-        raise InputError(unknown("element", name, wiring.order))
+        own = [k for k in (*wiring.stations, *wiring.connectors) if k.startswith(f"{name}.")]
+        if name in wiring.order and own:
+            raise InputError(
+                f"`{name}` is made of several parts: name one, " + ", ".join(f"`{k}`" for k in own)
+            )
+        raise InputError(unknown("element", name, (*wiring.order, *own)))
+
+    @cached_property
+    def lineup(self) -> Lineup:
+        """All parts by name, those inside composites too; shapes in place of numbers."""
+        return structure_of(self.machine)
 
     @cached_property
     def evaluation(self) -> Evaluation:
@@ -137,7 +148,7 @@ class _Part:
 
     def __init__(self, response: Response, name: str):
         self._response, self._name = response, name
-        self._element = response.machine[name]
+        self._element = _element(response, name)
 
     def _evaluation(self) -> Evaluation:
         return self._response.evaluation
@@ -157,8 +168,7 @@ class _Part:
 @eqx.filter_jit
 def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) -> Array:
     system = assemble(machine)
-    element = machine.filled()[name]
-    nodes, states = _places(machine, system, name)
+    element, nodes, states = _part(machine, system, name)
 
     def one(t, q, v, z):
         motions = tuple((q[:, i], v[:, i]) for i in nodes)
@@ -167,16 +177,39 @@ def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) 
     return jax.vmap(one)(t, *ev.nodes, ev.states)
 
 
-def _places(machine: Machine, system: System, name: str) -> tuple[list[int], np.ndarray]:
-    """Nodes of an element's ends, and rows of its internal states."""
-    layout = system.layout
-    if name in machine.wiring.stations:
-        index = layout.internal[machine.wiring.stations.index(name)]
+def _element(response: Response, name: str) -> Any:
+    """The element of a name; one from inside a composite has the numbers of this machine."""
+    machine = response.machine
+    if name in machine.wiring.order:
+        return machine[name]
+    return _inner(machine, name)
+
+
+@eqx.filter_jit
+def _inner(machine: Machine, name: str) -> Any:
+    lineup = line_up(machine)
+    wiring = lineup.wiring
+    station = name in wiring.stations
+    index = (wiring.stations if station else wiring.connectors).index(name)
+    for block in lineup.stations if station else lineup.connectors:
+        if index < len(block):
+            if block.count is None:
+                return block.element
+            return jax.tree.map(lambda x: x[..., index], block.element)  # noqa: B023
+        index -= len(block)
+
+
+def _part(machine: Machine, system: System, name: str) -> tuple[Any, list[int], np.ndarray]:
+    """An element, the nodes of its ends, and the rows of its internal states."""
+    layout, wiring = system.layout, structure_of(machine).wiring
+    element = machine.filled()[name] if name in machine.wiring.order else _inner(machine, name)
+    if name in wiring.stations:
+        index = layout.internal[wiring.stations.index(name)]
         if index >= layout.n_mass:
             index += layout.n_nodes - layout.n_mass
         nodes, member = [index], None
     else:
-        which = machine.wiring.connectors.index(name)
+        which = wiring.connectors.index(name)
         group = next(g for g in layout.connectors if which in g.members)
         member = group.members.index(which)
         nodes = [end[member] for end in group.nodes]
@@ -187,8 +220,9 @@ def _places(machine: Machine, system: System, name: str) -> tuple[list[int], np.
         ):
             many = len(actor.nodes[0])
             k = [tuple(e[k] for e in actor.nodes) for k in range(many)].index(tuple(nodes))
-            return nodes, np.arange(first + k, last, many)
-    return nodes, np.zeros(0, int)
+            if isinstance(element, type(actor.element)):
+                return element, nodes, np.arange(first + k, last, many)
+    return element, nodes, np.zeros(0, int)
 
 
 class StationResponse(_Part):
@@ -199,7 +233,7 @@ class StationResponse(_Part):
     """
 
     def _index(self) -> int:
-        return self._response.machine.wiring.stations.index(self._name)
+        return self._response.lineup.wiring.stations.index(self._name)
 
     @property
     def position(self) -> Float[Array, "nt 6"]:
@@ -267,8 +301,7 @@ class ConnectorResponse(_Part):
 @eqx.filter_jit
 def _forces(machine: Machine, t: Array, ev: Evaluation, name: str) -> Array:
     system = assemble(machine)
-    element = machine.filled()[name]
-    nodes, states = _places(machine, system, name)
+    element, nodes, states = _part(machine, system, name)
 
     def one(t, q, v, z):
         motions = tuple((q[:, i], v[:, i]) for i in nodes)

@@ -210,7 +210,7 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
     if initial == "steady":
         state, _, missed = steady_whirl(machine, system, speed)
         return to_flat(state, system, reference), missed
-    checks = jnp.zeros((len(machine.stations), 6))
+    checks = jnp.zeros((len(machine.wiring.stations), 6))
     if initial == "static":
         still = (reference[0], zero, zero)
         y = resting(system, still)
@@ -218,7 +218,8 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     free = jnp.array(system.layout.free, int)
-    spins = (free // system.layout.n_mass == 5) * (speed - reference[1])
+    turn = 1.0 if system.turn is None else system.turn[free % system.layout.n_mass]
+    spins = (free // system.layout.n_mass == 5) * turn * (speed - reference[1])
     return y.at[n : 2 * n].add(spins), checks
 
 

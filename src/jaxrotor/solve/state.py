@@ -41,8 +41,8 @@ def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) ->
     """The user's state at time `t`; driven ends included."""
     phi, w, _ = reference
     u, s, z = unpack(t, y, system, reference)
-    spin = jnp.zeros((6, 1)).at[5].set(1.0)
-    q, v = u + spin * phi, s + spin * w
+    turn = 1.0 if system.turn is None else system.turn[: system.layout.n_mass]
+    q, v = u.at[5].add(phi * turn), s.at[5].add(w * turn)
     if system.ground:
         qg, vg, _ = system.given(t, reference)
         q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)

@@ -1,0 +1,177 @@
+"""Shafts with mass: accelerations that hang together, solved with constant matrices.
+
+With the spin `w = phi' + psi' sin theta` in place of phi', the kinetic energy of all such shafts is
+`v' M v/2` with M constant (protocol.Massive). Stations without inertia of their own (carried) are
+eliminated once a solve, `S = (M_cc)^-1`. What is left in the vector field is one solve over the
+stations with inertia of their own that a shaft with mass touches:
+`(I + P T' Mc T) a = a0 - P (...)`, P their mobility, Mc the mass of the shafts condensed to them.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..protocol import Carried, Massive
+from .layout import Layout
+
+
+class CoupledMass(eqx.Module):
+    """The constant parts. Nodes are all nodes, driven ends last; flat positions are `c n + node`.
+
+    `carried`: free coordinates of carried stations. `given`: their held ones, and driven ends.
+    `nodes`: touched nodes of stations with inertia of their own, `node_owners` their stations;
+    `owners`: each of those stations once.
+    """
+
+    carried: tuple[int, ...] = eqx.field(static=True)
+    given: tuple[int, ...] = eqx.field(static=True)
+    nodes: tuple[int, ...] = eqx.field(static=True)
+    node_owners: tuple[int, ...] = eqx.field(static=True)
+    owners: tuple[int, ...] = eqx.field(static=True)
+    touches_ground: bool = eqx.field(static=True)
+    mass: Float[Array, "n n"]
+    spin_rows: Float[Array, "k n"]
+    inverse: Float[Array, "c c"]
+    carried_given: Float[Array, "c g"]
+    own_given: Float[Array, "r g"]
+    passed_on: Float[Array, "r c"]
+    condensed: Float[Array, "r r"]
+    weight: Float[Array, "6 m"]
+
+
+def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | None:
+    """`stations`: stacked elements of each group; `joined`: (stacked connector, nodes of each end)."""
+    massive = [(e, nodes) for e, nodes in joined if isinstance(e, Massive)]
+    carried = [g for g in layout.stations if g.carried]
+    if not massive and not carried:
+        return None
+    n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
+    M = jnp.zeros((6, n, 6, n))
+    parts = [(jax.vmap(lambda e: e.mass(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive]
+    for group, stacked in zip(layout.stations, stations):
+        if group.carried and isinstance(stacked, Carried):
+            own = jax.vmap(lambda e: e.own_mass(), in_axes=-1, out_axes=-1)(stacked)
+            parts.append((own, (tuple(range(group.start, group.stop)),)))
+    for blocks, nodes in parts:
+        node = np.repeat(np.array(nodes), 6, axis=0)
+        component = np.tile(np.arange(6), len(nodes))[:, None] + np.zeros_like(node)
+        at = (component[:, None], node[:, None], component[None], node[None])
+        M = M.at[at].add(blocks)
+    weight = jnp.einsum("anbm,b->an", M[:, :, :3], gravity)
+    M = M.reshape(6 * n, 6 * n)
+
+    touched = {k for _, nodes in massive for end in nodes for k in end}
+    is_carried = {k for g in carried for k in range(g.start, g.stop)}
+    free = [c * n + k for g in carried for k in range(g.start, g.stop) for c in range(6)
+            if c not in g.held]  # fmt: skip
+    given = [c * n + k for g in carried for k in range(g.start, g.stop) for c in g.held]
+    given += [c * n + k for k in range(m, n) for c in range(6)]
+    own = tuple(k for k in sorted(touched) if k < m and layout.node_station[k] not in is_carried)
+    c, g = np.array(free, int), np.array(given, int)
+    r = np.array([a * n + k for k in own for a in range(6)], int)
+    # scaled first: masses and moments of inertia differ by orders
+    scale = 1.0 / jnp.sqrt(jnp.diagonal(M)[c])
+    scaled = M[np.ix_(c, c)] * scale[:, None] * scale
+    inverse = (jnp.linalg.inv(scaled) if c.size else scaled) * scale[:, None] * scale
+    passed_on = M[np.ix_(r, c)] @ inverse
+    return CoupledMass(
+        tuple(free),
+        tuple(given),
+        own,
+        tuple(layout.node_station[k] for k in own),
+        tuple(sorted({layout.node_station[k] for k in own})),
+        any(k >= m for k in touched),
+        M,
+        M[5 * n :],
+        inverse,
+        M[np.ix_(c, g)],
+        M[np.ix_(r, g)],
+        passed_on,
+        M[np.ix_(r, r)] - passed_on @ M[np.ix_(c, r)],
+        weight,
+    )
+
+
+def hat(q: Array, v: Array) -> Array:
+    """Rates with phi' replaced by the spin, (6, n)."""
+    return jnp.concatenate([v[:5], v[5:] + v[3:4] * jnp.sin(q[4:5])])
+
+
+class Coupled(eqx.Module):
+    """Accelerations of all stations (6, n_mass), and the inertia force of the shafts on each node
+    (6, n) and on each of the `owners` (6, owners)."""
+
+    acceleration: Array
+    inertia_force: Array
+    on_owners: Array
+
+
+def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupled:
+    """**Arguments:**
+
+    - `q`, `v`, `Q`, `given`: of all nodes (6, n): coordinates, rates, generalized forces (weight of
+      the shafts among them), and the accelerations of what is given (elsewhere anything).
+    - `a`: accelerations of all stations (6, n_mass) if no shaft had mass.
+    - `mobility`: (6, 6, owners), their acceleration per unit force.
+    - `maps`: how the coordinates of `mass.nodes` follow those of their stations: J (6, 6, nodes), and
+      J's rate times v (6, nodes).
+    """
+    n, n_mass = q.shape[1], a.shape[1]
+    c = np.array(mass.carried, int)
+    sin, cos = jnp.sin(q[4]), jnp.cos(q[4])
+    momentum = mass.spin_rows @ hat(q, v).ravel()
+    zero = jnp.zeros_like(sin)
+    gyro = jnp.stack([zero, zero, zero, cos * v[4] * momentum, -cos * v[3] * momentum, zero])
+    convective = v[3] * v[4] * cos
+
+    def hat_acceleration(a):
+        return jnp.concatenate([a[:5], (a[5] + a[3] * sin + convective)[None]])
+
+    force = Q - gyro
+    force = jnp.stack([force[0], force[1], force[2], force[3] - sin * Q[5], force[4], Q[5]])
+    at_rest = hat_acceleration(given).ravel()[np.array(mass.given, int)]
+    right = force.ravel()[c] - mass.carried_given @ at_rest
+    at_carried = mass.inverse @ right
+    on_owners = jnp.zeros((6, 0))
+    whole = given
+    if mass.nodes:
+        k = np.array(mass.nodes)
+        owners = np.array(mass.owners)
+        holds = (np.array([mass.owners.index(s) for s in mass.node_owners])[:, None]
+                 == np.arange(len(owners))[None]).astype(float)  # fmt: skip
+        J, drift = maps[0], maps[1]
+        B = jnp.eye(6)[:, :, None] + jnp.zeros((6, 6, len(k))).at[5, 3].set(sin[k])
+        T = jnp.einsum("ijk,jlk,ks->kisl", B, J, holds).reshape(6 * len(k), 6 * len(owners))
+        extra = jnp.concatenate(
+            [drift[:5], (drift[5] + drift[3] * sin[k] + convective[k])[None]]
+        ).T.ravel()
+        # what the shafts pull with before the owners move
+        pull = mass.passed_on @ right + mass.own_given @ at_rest + mass.condensed @ extra
+        turning = jnp.einsum("jlk,jk,ks->sl", J, gyro[:, k], holds).ravel()
+        P = jnp.einsum("ijs,st->sitj", mobility, jnp.eye(len(owners)))
+        P = P.reshape(6 * len(owners), 6 * len(owners))
+        reduced = T.T @ mass.condensed @ T
+        alone = a[:, owners].T.ravel()
+        moved = jnp.linalg.solve(
+            jnp.eye(P.shape[0]) + P @ reduced, alone - P @ (T.T @ pull + turning)
+        )
+        on_owners = -(T.T @ pull + turning + reduced @ moved).reshape(-1, 6).T
+        a = a.at[:, owners].set(moved.reshape(-1, 6).T)
+        at_nodes = T @ moved + extra
+        at_carried = at_carried - at_nodes @ mass.passed_on
+        whole = whole.at[:, k].set(jnp.einsum("ijk,jk->ik", J, a[:, np.array(mass.node_owners)]) + drift)
+    spins = jnp.zeros(6 * n).at[c].set(at_carried).reshape(6, n)
+    free = np.zeros(6 * n, bool)
+    free[c] = True
+    free = free.reshape(6, n)
+    bent = jnp.where(free[3], spins[3], given[3])
+    spins = spins.at[5].add(-(bent * sin + convective) * free[5])
+    whole = jnp.where(free, spins, whole)
+    carried = sorted({i % n for i in mass.carried} | {i % n for i in mass.given if i % n < n_mass})
+    if carried:
+        a = a.at[:, np.array(carried)].set(whole[:, np.array(carried)])
+    inertia = (mass.mass @ hat_acceleration(whole).ravel()).reshape(6, n)
+    inertia = inertia.at[3].add(sin * inertia[5]) + gyro
+    return Coupled(a, inertia, on_owners)
