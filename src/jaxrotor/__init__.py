@@ -1,25 +1,62 @@
 """jaxrotor: differentiable transient dynamics of rotating machines."""
 
-from .attach import Force as Force, LinearSupport as LinearSupport, Torque as Torque
+from .attach import (
+    AddedInertia as AddedInertia,
+    Brake as Brake,
+    DCMotor as DCMotor,
+    EngineTorque as EngineTorque,
+    FanLoad as FanLoad,
+    Force as Force,
+    InductionMotor as InductionMotor,
+    KlossMotor as KlossMotor,
+    LinearSupport as LinearSupport,
+    SpeedDependentSupport as SpeedDependentSupport,
+    SpeedGovernor as SpeedGovernor,
+    SpeedTorque as SpeedTorque,
+    Torque as Torque,
+    TorsionalDamper as TorsionalDamper,
+)
 from .drive import (
     AbstractMotion as AbstractMotion,
     AbstractSchedule as AbstractSchedule,
     ConstantSpeed as ConstantSpeed,
     CosineRamp as CosineRamp,
+    Harmonic as Harmonic,
+    Impulse as Impulse,
     LinearRamp as LinearRamp,
+    PulseTrain as PulseTrain,
+    Ramp as Ramp,
+    SpeedSpline as SpeedSpline,
     SpeedTable as SpeedTable,
     Steady as Steady,
     Step as Step,
+    Table as Table,
 )
 from .elastic import (
     STEEL as STEEL,
+    AbstractCoupling as AbstractCoupling,
+    AbstractLaw as AbstractLaw,
+    Backlash as Backlash,
+    BoucWen as BoucWen,
+    CoulombClutch as CoulombClutch,
+    Coupling as Coupling,
     ElasticMatrix as ElasticMatrix,
+    FiniteElementShaft as FiniteElementShaft,
+    KelvinVoigt as KelvinVoigt,
     Material as Material,
+    Maxwell as Maxwell,
+    Misalignment as Misalignment,
+    Parallel as Parallel,
+    Progressive as Progressive,
+    RigidElementShaft as RigidElementShaft,
     Shaft as Shaft,
+    StickSlipClutch as StickSlipClutch,
+    TabulatedLaw as TabulatedLaw,
 )
 from .errors import InputError as InputError, SimulationFailed as SimulationFailed
 from .inertia import (
     Imperfection as Imperfection,
+    Node as Node,
     PrescribedSpin as PrescribedSpin,
     RigidBody as RigidBody,
     Rotor as Rotor,

@@ -113,20 +113,42 @@ def is_concrete(value: Any) -> bool:
     return not isinstance(value, Tracer) or known(value) is not None
 
 
-def problems(module: eqx.Module, place: str, prefix: str = "") -> Iterator[str]:
-    """Every fault in the parameters of `module` and of the modules nested in it."""
+def straight_unit(unit: str) -> str:
+    """The unit along a line of what is declared about an axis: N*m/rad becomes N/m."""
+    return unit.replace("N*m", "N").replace("rad", "m")
+
+
+def nested(field: dataclasses.Field, value: Any) -> Iterator[tuple[str, eqx.Module]]:
+    """The modules that a field holds, with their steps of a path: itself, or those of a tuple."""
+    if isinstance(value, eqx.Module):
+        yield field.name, value
+    elif isinstance(value, tuple):
+        for i, one in enumerate(value):
+            if isinstance(one, eqx.Module):
+                yield f"{field.name}.{i}", one
+
+
+def problems(
+    module: eqx.Module, place: str, prefix: str = "", straight: bool = False
+) -> Iterator[str]:
+    """Every fault in the parameters of `module` and of the modules nested in it. `straight`: units
+    declared about an axis are meant along a line."""
     own = {field.name for field, _ in parameter_fields(module)}
     sound = True
     for field, value in parameter_fields(module):
-        for sentence in _faults(field, value, place, prefix + field.name):
+        unit = field.metadata["unit"]
+        unit = straight_unit(unit) if straight else unit
+        for sentence in _faults(field, value, place, prefix + field.name, unit):
             sound = False
             yield sentence
     for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
         value = getattr(module, field.name)
         if "unit" not in field.metadata:
             yield from _misfits(module, field, value, place, prefix + field.name)
-        if isinstance(value, eqx.Module) and field.name not in own:
-            yield from problems(value, place, f"{prefix}{field.name}.")
+        if field.name not in own:
+            along = straight or field.metadata.get("straight", False)
+            for name, part in nested(field, value):
+                yield from problems(part, place, f"{prefix}{name}.", along)
     if sound and hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
         with jax.ensure_compile_time_eval():
             for sentence in jax.tree.map(known, module).faults():
@@ -146,6 +168,15 @@ def _misfits(module, field, value, place: str, path: str) -> Iterator[str]:
                 f"{guess}"
             )
         return
+    if typing.get_origin(allowed) is tuple and isinstance(value, tuple):
+        inner = typing.get_args(allowed)[0]
+        for i, one in enumerate(value):
+            yield from _misplaced(inner, field, one, place, f"{path}.{i}")
+        return
+    yield from _misplaced(allowed, field, value, place, path)
+
+
+def _misplaced(allowed, field, value, place: str, path: str) -> Iterator[str]:
     kinds = tuple(k for k in (typing.get_args(allowed) or (allowed,)) if isinstance(k, type))
     parts = tuple(k for k in kinds if issubclass(k, eqx.Module))
     if parts and not isinstance(value, kinds):
@@ -157,9 +188,11 @@ def _misfits(module, field, value, place: str, path: str) -> Iterator[str]:
         )
 
 
-def _faults(field: dataclasses.Field, value: Any, place: str, path: str) -> Iterator[str]:
+def _faults(
+    field: dataclasses.Field, value: Any, place: str, path: str, unit: str
+) -> Iterator[str]:
     rule = field.metadata
-    unit = f" {rule['unit']}" if rule["unit"] else ""
+    unit = f" {unit}" if unit else ""
     if value is None:
         if not rule["optional"]:
             yield f"`{place}`: {path} is missing: give a number{f' in{unit}' if unit else ''}"

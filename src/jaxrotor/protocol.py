@@ -131,18 +131,22 @@ class Massive(AbstractElement):
     """
 
     @abc.abstractmethod
-    def mass(self) -> Float[Array, "n n"]:
+    def mass_matrix(self) -> Float[Array, "n n"]:
         """M, n = 6 for each station; symmetric."""
 
     @abc.abstractmethod
     def kinetic_energy(self, motions: tuple[Motion, ...]) -> Float[Array, ""]:
-        """J; written without `mass`."""
+        """J; written without `mass_matrix`."""
 
     @abc.abstractmethod
     def height_energy(
         self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]
     ) -> Float[Array, ""]:
         """Potential energy in gravity, J; linear in the coordinates."""
+
+
+class Carrying(AbstractConnector):
+    """Gives inertia to the stations beside it; nothing need be lumped to them."""
 
 
 class Carried(AbstractStation):

@@ -1,4 +1,19 @@
-"""What acts at stations: supports and loads."""
+"""What acts at stations: supports, loads and motors."""
 
-from .load import Force as Force, Torque as Torque
-from .support import LinearSupport as LinearSupport
+from .damper import TorsionalDamper as TorsionalDamper
+from .engine import EngineTorque as EngineTorque
+from .governor import SpeedGovernor as SpeedGovernor
+from .induction import InductionMotor as InductionMotor
+from .inertia import AddedInertia as AddedInertia
+from .load import (
+    Brake as Brake,
+    FanLoad as FanLoad,
+    Force as Force,
+    SpeedTorque as SpeedTorque,
+    Torque as Torque,
+)
+from .motor import DCMotor as DCMotor, KlossMotor as KlossMotor
+from .support import (
+    LinearSupport as LinearSupport,
+    SpeedDependentSupport as SpeedDependentSupport,
+)

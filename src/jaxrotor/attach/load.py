@@ -1,18 +1,18 @@
 """Torques and forces from outside."""
 
-from typing import Any
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..drive.schedule import AbstractSchedule, Steady
+from ..drive.monotone import interpolate, table_faults
+from ..drive.schedule import AbstractSchedule, as_schedule
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Motion, Timed, Vec6
+from ..protocol import AbstractAttachment, Energetic, Motion, Timed, Vec6
 
 
-def _as_schedule(value: Any) -> Any:
-    return value if isinstance(value, eqx.Module) else Steady(value)
+def about_axis(torque) -> tuple[Vec6, ...]:
+    """The torque (N·m) conjugate to phi, as the forces on one station."""
+    return (torque * jnp.array([0.0, 0, 0, 0, 0, 1]),)
 
 
 class Torque(AbstractAttachment, Timed):
@@ -21,11 +21,10 @@ class Torque(AbstractAttachment, Timed):
     Positive drives in the sense of phi. It is conjugate to phi, as the paper's torques are.
     """
 
-    value: AbstractSchedule = eqx.field(converter=_as_schedule, metadata={"drives": "N*m"})
+    value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
-        torque = self.value.value(t)
-        return (torque * jnp.array([0.0, 0, 0, 0, 0, 1]),)
+        return about_axis(self.value.value(t))
 
     def times(self) -> Float[Array, " n"]:
         return self.value.jumps()
@@ -38,7 +37,7 @@ class Force(AbstractAttachment, Timed):
     moment about the geometric centre it then has.
     """
 
-    value: AbstractSchedule = eqx.field(converter=_as_schedule, metadata={"drives": "N"})
+    value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N"})
     direction: Float[Array, "3"] = parameter(shapes=((3,),), default=(0.0, -1.0, 0.0))
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
@@ -46,3 +45,72 @@ class Force(AbstractAttachment, Timed):
 
     def times(self) -> Float[Array, " n"]:
         return self.value.jumps()
+
+
+class FanLoad(AbstractAttachment):
+    """A fan or a centrifugal pump: the torque `-coefficient |phi'| phi'` on its station, N·m.
+
+    `coefficient` in N·m·s²/rad². It opposes either sense of turning. Source: the affinity laws of
+    turbomachines, torque over the square of the speed.
+    """
+
+    coefficient: Float[Array, ""] = parameter("N*m*s^2/rad^2", nonnegative=True)
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+        ((_, v),) = motions
+        return about_axis(-self.coefficient * v[5] * jnp.abs(v[5]))
+
+
+class SpeedTorque(AbstractAttachment):
+    """A torque given over the speed phi' of its station by a table, constant outside it.
+
+    `speeds` (rad/s) increase and may be negative; `torques` in N·m are positive where they drive in
+    the sense of phi, so that a load that brakes forward running has negative ones. Between the
+    rows a monotone cubic (see `drive.monotone`): the curve has no kink and does not overshoot.
+    """
+
+    speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
+    torques: Float[Array, " n"] = parameter("N*m", shapes=((None,),))
+
+    def faults(self):
+        yield from table_faults(self.speeds, self.torques, ("speeds", "torques"), "rad/s")
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+        ((_, v),) = motions
+        return about_axis(interpolate(self.speeds, self.torques, v[5]))
+
+
+class Brake(AbstractAttachment, Energetic, Timed):
+    """A friction brake on the ground: `-torque tanh(phi'/reversal_speed)`, N·m.
+
+    `torque` is the magnitude, zero or positive, a number or a schedule in time. Coulomb's law is
+    smoothed: within some `reversal_speed` (rad/s) of rest the torque falls off, so that the brake
+    creeps under a load rather than holding it.
+    """
+
+    torque: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
+    reversal_speed: Float[Array, ""] = parameter("rad/s", positive=True, default=1.0)
+
+    def faults(self):
+        for t in (0.0, *map(float, self.torque.jumps())):
+            torque = float(self.torque.value(jnp.asarray(t)))
+            if torque < 0:
+                yield (
+                    f"torque must be zero or positive at all times, but is {torque:g} N*m at "
+                    f"{t:g} s: give the magnitude, it opposes either sense of turning"
+                )
+                return
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+        ((_, v),) = motions
+        return about_axis(-self.torque.value(t) * jnp.tanh(v[5] / self.reversal_speed))
+
+    def times(self) -> Float[Array, " n"]:
+        return self.torque.jumps()
+
+    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+        return jnp.zeros(())
+
+    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+        ((_, v),) = motions
+        return self.torque.value(t) * jnp.tanh(v[5] / self.reversal_speed) * v[5]

@@ -3,15 +3,18 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..drive.monotone import interpolate, table_faults
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Energetic, Linear, Motion
+from ..protocol import AbstractAttachment, Energetic, Linear, Motion, Vec6
 
 
 class LinearSupport(AbstractAttachment, Linear, Energetic):
-    """Holds a station to the ground: the force is `-stiffness q - damping v`.
+    """Holds a station to the ground: the force is `-stiffness (q - offset) - damping v`.
 
-    Each is six numbers (x, y, z, psi, theta, phi) or a full 6x6, SI. Only the symmetric part of the
-    stiffness has a potential; cross-coupling counts as work lost (or fed) in the energy audit.
+    Stiffness and damping are six numbers (x, y, z, psi, theta, phi) or a full 6x6, SI. Only the
+    symmetric part of the stiffness has a potential; cross-coupling counts as work lost (or fed) in
+    the energy audit. `offset`, six numbers (m and rad), is where the support holds the station
+    without a force: a bearing or base out of line. Left out it is zero, and costs nothing.
     """
 
     stiffness: Float[Array, "6"] | Float[Array, "6 6"] = parameter(
@@ -22,21 +25,64 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
         default=(0.0,) * 6,
         units=("N*s/m",) * 3 + ("N*m*s/rad",) * 3,
     )
+    offset: Float[Array, "6"] | None = parameter(
+        shapes=((6,),), optional=True, default=None, units=("m",) * 3 + ("rad",) * 3
+    )
 
     def matrices(self) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
-        k, c = self.stiffness, self.damping
-        return (jnp.diag(k) if k.ndim == 1 else k), (jnp.diag(c) if c.ndim == 1 else c)
+        return _matrix(self.stiffness), _matrix(self.damping)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> None:
-        return None
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
+        return None if self.offset is None else (_matrix(self.stiffness) @ self.offset,)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
-        ((q, _),) = motions
-        k = self.stiffness
-        return 0.5 * jnp.sum(k * q**2) if k.ndim == 1 else 0.5 * q @ k @ q
+        d, k = self._stretch(motions), self.stiffness
+        return 0.5 * jnp.sum(k * d**2) if k.ndim == 1 else 0.5 * d @ k @ d
 
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
-        ((q, v),) = motions
-        k, c = self.stiffness, self.damping
+        ((_, v),) = motions
+        d, k, c = self._stretch(motions), self.stiffness, self.damping
         lost = jnp.sum(c * v**2) if c.ndim == 1 else v @ c @ v
-        return lost if k.ndim == 1 else lost + 0.5 * v @ (k - k.T) @ q
+        return lost if k.ndim == 1 else lost + 0.5 * v @ (k - k.T) @ d
+
+    def _stretch(self, motions: tuple[Motion, ...]) -> Vec6:
+        ((q, _),) = motions
+        return q if self.offset is None else q - self.offset
+
+
+class SpeedDependentSupport(AbstractAttachment):
+    """Holds a station to the ground with coefficients that depend on its speed: a fluid bearing.
+
+    The force is `-K(|phi'|) q - C(|phi'|) v`. `speeds` (rad/s) are zero or positive and increase;
+    `stiffness` and `damping` have a row for each, of six numbers (x, y, z, psi, theta, phi) or a
+    full 6x6, SI. Each entry follows a monotone cubic over the speed, constant outside the table.
+
+    It keeps no account of its energy: a stiffness that changes with the speed has no potential, and
+    its work counts as that of a load in the energy audit. Source of such tables: the linearised
+    coefficients of journal bearings, Lund, ASME J. Tribology 109 (1987) 37.
+    """
+
+    speeds: Float[Array, " n"] = parameter("rad/s", nonnegative=True, shapes=((None,),))
+    stiffness: Float[Array, "n 6"] | Float[Array, "n 6 6"] = parameter(
+        shapes=((None, 6), (None, 6, 6)), label="N/m and N*m/rad"
+    )
+    damping: Float[Array, "n 6"] | Float[Array, "n 6 6"] = parameter(
+        shapes=((None, 6), (None, 6, 6)), label="N*s/m and N*m*s/rad"
+    )
+
+    def faults(self):
+        for name in ("stiffness", "damping"):
+            found = list(table_faults(self.speeds, getattr(self, name), ("speeds", name), "rad/s"))
+            yield from found
+            if found:
+                return
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+        ((q, v),) = motions
+        speed = jnp.abs(v[5])  # no kink: the curves are flat at their lowest speed
+        k, c = (interpolate(self.speeds, x, speed) for x in (self.stiffness, self.damping))
+        return (-(_matrix(k) @ q) - _matrix(c) @ v,)
+
+
+def _matrix(given: Array) -> Array:
+    return jnp.diag(given) if given.ndim == 1 else given

@@ -1,4 +1,4 @@
-"""Profiles in time: given motions, and schedules of torque and force."""
+"""Profiles in time: given motions, and schedules of torque, force and voltage."""
 
 from .motion import (
     AbstractMotion as AbstractMotion,
@@ -7,4 +7,14 @@ from .motion import (
     LinearRamp as LinearRamp,
     SpeedTable as SpeedTable,
 )
-from .schedule import AbstractSchedule as AbstractSchedule, Steady as Steady, Step as Step
+from .schedule import (
+    AbstractSchedule as AbstractSchedule,
+    Harmonic as Harmonic,
+    Impulse as Impulse,
+    PulseTrain as PulseTrain,
+    Ramp as Ramp,
+    Steady as Steady,
+    Step as Step,
+    Table as Table,
+)
+from .spline import SpeedSpline as SpeedSpline

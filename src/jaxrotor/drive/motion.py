@@ -9,10 +9,10 @@ import abc
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from .monotone import row_before, slopes, table_faults
 
 Scalar = Float[Array, ""]
 
@@ -101,35 +101,15 @@ class SpeedTable(AbstractMotion):
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
 
     def faults(self):
-        if self.times.shape != self.speeds.shape or self.times.shape[0] < 2:
-            yield (
-                f"times and speeds must be equally long, two rows at least, but have "
-                f"{self.times.shape[0]} and {self.speeds.shape[0]} rows"
-            )
-        elif not np.all(np.diff(self.times) > 0):
-            row = int(np.argmin(np.diff(self.times)))
-            yield (
-                f"times must increase, but row {row + 2} has {float(self.times[row + 1]):g} s "
-                f"after {float(self.times[row]):g} s"
-            )
-
-    def _slopes(self) -> Float[Array, " n"]:
-        h = jnp.diff(self.times)
-        d = jnp.diff(self.speeds) / h
-        # weighted harmonic mean where neighbours agree in sign, else flat
-        w = (h[:-1] + 2 * h[1:]) / (3 * (h[:-1] + h[1:]))
-        same = d[:-1] * d[1:] > 0
-        bottom = jnp.where(same, w * d[1:] + (1 - w) * d[:-1], 1.0)
-        inner = jnp.where(same, d[:-1] * d[1:] / bottom, 0.0)
-        zero = jnp.zeros(1)
-        return jnp.concatenate([zero, inner, zero])
+        yield from table_faults(self.times, self.speeds, ("times", "speeds"), "s")
 
     def position(self, t: Scalar) -> Scalar:
-        x, y, m = self.times, self.speeds, self._slopes()
+        x, y = self.times, self.speeds
+        m = slopes(x, y)
         h = jnp.diff(x)
         areas = h * (y[:-1] + y[1:]) / 2 + h**2 * (m[:-1] - m[1:]) / 12
         before = jnp.concatenate([jnp.zeros(1), jnp.cumsum(areas)])
-        i = jnp.clip(jnp.searchsorted(x, jax.lax.stop_gradient(t), side="right") - 1, 0, h.size - 1)
+        i = row_before(x, t)
         s = (t - x[i]) / h[i]
         inside = before[i] + h[i] * (
             y[i] * (s - s**3 + s**4 / 2)

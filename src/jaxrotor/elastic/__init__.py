@@ -1,4 +1,22 @@
 """What joins two stations."""
 
+from .clutch import CoulombClutch as CoulombClutch, StickSlipClutch as StickSlipClutch
+from .coupling import (
+    AbstractCoupling as AbstractCoupling,
+    Coupling as Coupling,
+    Misalignment as Misalignment,
+)
+from .finite import FiniteElementShaft as FiniteElementShaft
+from .hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
+from .law import (
+    AbstractLaw as AbstractLaw,
+    Backlash as Backlash,
+    KelvinVoigt as KelvinVoigt,
+    Parallel as Parallel,
+    Progressive as Progressive,
+)
+from .material import STEEL as STEEL, Material as Material
 from .matrix import ElasticMatrix as ElasticMatrix
-from .shaft import STEEL as STEEL, Material as Material, Shaft as Shaft
+from .pieces import RigidElementShaft as RigidElementShaft
+from .shaft import Shaft as Shaft
+from .table import TabulatedLaw as TabulatedLaw

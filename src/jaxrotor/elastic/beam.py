@@ -46,13 +46,33 @@ _SPRING = np.array([[1.0, -1.0], [-1.0, 1.0]])
 _ROD = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
 
 
+# What yielding to shear adds to the slope-slope entries: phi/(1 + phi) of EI/L.
+_SHEAR_K = np.array([[0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]], float)
+_K_SHEAR = _bending(_SHEAR_K)[2]
+
+
+def shear_coefficient(youngs_modulus: Array, shear_modulus: Array, hollow: Array) -> Array:
+    """Cowper's coefficient of a round section; `hollow` is inner over outer diameter.
+
+    Source: Cowper, J. Appl. Mech. 33 (1966) 335.
+    """
+    nu = youngs_modulus / (2 * shear_modulus) - 1
+    m = hollow**2
+    return 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
+
+
 def beam_stiffness(
-    length: Array, bending: Array, axial: Array, torsion: Array
+    length: Array, bending: Array, axial: Array, torsion: Array, shear: Array | None = None
 ) -> Float[Array, "12 12"]:
-    """Stiffness from the length (m) and the rigidities EI (N·m²), EA (N), G Ip (N·m²)."""
+    """Stiffness from the length (m) and the rigidities EI (N·m²), EA (N), G Ip (N·m²), and for a beam
+    that yields to shear from `shear = 12 EI/(kappa G A L²)`."""
     k0, k1, k2 = _K_BENDING
+    bent = k0 + length * k1 + length**2 * k2
+    if shear is not None:
+        # 4 + phi and 2 - phi in place of 4 and 2, all over 1 + phi
+        bent = (bent + shear * length**2 * _K_SHEAR) / (1 + shear)
     return (
-        bending / length**3 * (k0 + length * k1 + length**2 * k2)
+        bending / length**3 * bent
         + axial / length * _two_node(_SPRING, Z)
         + torsion / length * _two_node(_SPRING, PHI)
     )

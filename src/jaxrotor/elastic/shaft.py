@@ -3,41 +3,15 @@
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
 from ..protocol import AbstractElastic, Energetic, Linear, Motion, Signalling, Vec6
-from .beam import beam_mass, beam_stiffness
-
-
-class Material(eqx.Module):
-    """An isotropic elastic material; SI. Plain floats may be given: elements convert them."""
-
-    youngs_modulus: Float[Array, ""] | float
-    shear_modulus: Float[Array, ""] | float
-    density: Float[Array, ""] | float
-
-
-# The paper gives no figures: these are ours.
-STEEL = Material(youngs_modulus=2.1e11, shear_modulus=8.1e10, density=7850.0)
-
-
-class ShaftMaterial(eqx.Module):
-    """A material inside an element: its figures are parameters."""
-
-    youngs_modulus: Float[Array, ""] = parameter("Pa", positive=True)
-    shear_modulus: Float[Array, ""] = parameter("Pa", positive=True)
-    density: Float[Array, ""] = parameter("kg/m^3", positive=True)
-
-
-def _as_parameters(material: Any) -> Any:
-    if isinstance(material, Material):
-        m: Any = material
-        return ShaftMaterial(m.youngs_modulus, m.shear_modulus, m.density)
-    return material
+from .beam import beam_mass, beam_stiffness, shear_coefficient
+from .material import STEEL, ShaftMaterial, as_parameters
+from .twist import TURN, circulatory_forces, spin, twist_forces, twist_torque
 
 
 class Half(NamedTuple):
@@ -62,6 +36,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     - `damping`: `"fixed"`, the paper's, dissipates at any speed. `"rotating"` lets the `beta K` part
       act in the shaft's own frame, `F = -beta K (v - W×q)`, as internal damping does: beyond
       `w0 (1 + external/internal)` it destabilises, fed by the drive through its reaction on phi.
+    - `shear`: whether it yields to shear (Timoshenko; Cowper's coefficient for the section).
     - `twist`: `"invariant"` measures twist by `chi = phi + psi theta/2`, so that turning an
       isotropic machine about z changes nothing; `"paper"` by phi alone, the published law.
 
@@ -73,13 +48,14 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     diameter: Float[Array, ""] = parameter("m", positive=True)
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
     material: ShaftMaterial = eqx.field(
-        converter=_as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
+        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
     )
     rayleigh: Float[Array, "2"] = parameter(
         nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
     )
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
+    shear: bool = eqx.field(static=True, default=False)
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
@@ -110,7 +86,15 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
             m.youngs_modulus * moment,
             m.youngs_modulus * area,
             m.shear_modulus * 2 * moment,
+            self._yield() if self.shear else None,
         )
+
+    def _yield(self) -> Array:
+        """12 EI/(kappa G A L²): how much it yields to shear, against bending."""
+        area, moment = self._section()
+        m = self.material
+        kappa = shear_coefficient(m.youngs_modulus, m.shear_modulus, self.inner_diameter / self.diameter)
+        return 12 * m.youngs_modulus * moment / (kappa * m.shear_modulus * area * self.length**2)
 
     def matrices(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"]]:
         area, moment = self._section()
@@ -127,59 +111,20 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
         parts = []
         if self.twist == "invariant":
-            parts.append(self._twist_forces(motions))
+            k = self._torsion()
+            parts.append(twist_forces(k, self.rayleigh[1] * k, motions))
         if self.damping == "rotating":
-            parts.append(self._circulatory_forces(motions))
+            B = self.rayleigh[1] * self._stiffness()
+            parts.append(circulatory_forces(B, motions, self.twist == "invariant"))
         if not parts:
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
-
-    def _twist_forces(self, motions: tuple[Motion, ...]) -> tuple[Vec6, ...]:
-        """The invariant law less the linear one that `matrices` holds."""
-        (qa, va), (qb, vb) = motions
-        k = self._torsion()
-        c = self.rayleigh[1] * k
-        tilt = 0.5 * (qb[3] * qb[4] - qa[3] * qa[4])
-        tilt_t = 0.5 * (vb[3] * qb[4] + qb[3] * vb[4] - va[3] * qa[4] - qa[3] * va[4])
-        extra = k * tilt + c * tilt_t
-        torque = k * (qb[5] - qa[5]) + c * (vb[5] - va[5]) + extra
-        zero = jnp.zeros_like(extra)
-        on_a = jnp.stack([zero, zero, zero, torque * qa[4] / 2, torque * qa[3] / 2, extra])
-        on_b = jnp.stack([zero, zero, zero, torque * qb[4] / 2, torque * qb[3] / 2, extra])
-        return on_a, -on_b
-
-    def _circulatory_forces(self, motions: tuple[Motion, ...]) -> tuple[Vec6, ...]:
-        """`beta K (W×q)`, and on phi the reaction of the whole rotating damping force."""
-        q = jnp.concatenate([m[0] for m in motions])
-        v = jnp.concatenate([m[1] for m in motions])
-        turn = _TURN @ q
-        spins = [self._spin(*m) for m in motions]
-        carried = jnp.concatenate([w * turn[6 * i : 6 * i + 6] for i, (w, _) in enumerate(spins)])
-        B = self.rayleigh[1] * self._stiffness()
-        circulatory = B @ carried
-        damping = (circulatory - B @ v) * turn
-        reaction = [-jnp.sum(damping[:6]), -jnp.sum(damping[6:])]
-        return (
-            circulatory[:6] + spins[0][1] * reaction[0],
-            circulatory[6:] + spins[1][1] * reaction[1],
-        )
-
-    def _spin(self, q: Vec6, v: Vec6) -> tuple[Array, Vec6]:
-        """The rate of the angle that measures twist, and that angle's derivatives by q."""
-        along = jnp.zeros(6).at[5].set(1.0)
-        if self.twist == "invariant":
-            along = along.at[3].set(q[4] / 2).at[4].set(q[3] / 2)
-        return along @ v, along
 
     def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
         k = self._torsion()
 
-        def angle(q):
-            return q[5] + (0.5 * q[3] * q[4] if self.twist == "invariant" else 0.0)
-
-        (a, a_t), (b, b_t) = (jax.jvp(angle, (q,), (v,)) for q, v in motions)
-        return k * (b - a) + self.rayleigh[1] * k * (b_t - a_t)
+        return twist_torque(k, self.rayleigh[1] * k, motions, self.twist == "invariant")
 
     # The energy is integrated along the section, apart from the matrices above.
 
@@ -194,13 +139,19 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         """∫ (EI (x''² + y''²) + EA z'² + G Ip phi'²)/2 along the section, by Gauss quadrature."""
         area, moment = self._section()
         m, L = self.material, self.length
+        yielding = self._yield() if self.shear else 0.0
         points, weights = np.polynomial.legendre.leggauss(2)  # exact: curvature is linear
         total = 0.0
         for s, weight in zip((points + 1) / 2, weights / 2):
-            h = np.array([-6 + 12 * s, -4 + 6 * s, 6 - 12 * s, -2 + 6 * s])
+            h = (-6 + 12 * s, -4 + 6 * s - yielding, 6 - 12 * s, -2 + 6 * s + yielding)
             x_zz = (h[0] * a[0] + h[1] * L * a[4] + h[2] * b[0] + h[3] * L * b[4]) / L**2
             y_zz = (h[0] * a[1] - h[1] * L * a[3] + h[2] * b[1] - h[3] * L * b[3]) / L**2
             total += weight * m.youngs_modulus * moment * (x_zz**2 + y_zz**2)
+        # shear is the same all along
+        x_shear = (b[0] - a[0]) / L - (a[4] + b[4]) / 2
+        y_shear = (b[1] - a[1]) / L + (a[3] + b[3]) / 2
+        sheared = 12 * m.youngs_modulus * moment / L**2 * yielding * (x_shear**2 + y_shear**2)
+        total = (total + sheared) / (1 + yielding) ** 2
         stretch, twist = (b[2] - a[2]) / L, (b[5] - a[5]) / L
         return (
             0.5
@@ -230,18 +181,11 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
             kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
         rates = []
         for q, v in motions:
-            speed, _ = self._spin(q, v)
+            speed, _ = spin(q, v, self.twist == "invariant")
             if self.twist == "invariant":
                 v = v + jnp.zeros(6).at[5].set(0.5 * (v[3] * q[4] + q[3] * v[4]))
             if self.damping == "rotating":
-                v = v - speed * (_TURN[:6, :6] @ q)
+                v = v - speed * (TURN[:6, :6] @ q)
             rates.append(v)
         alpha, beta = self.rayleigh
         return alpha * L * kinetic + beta * 2 * self._strain_energy(*rates)
-
-
-# W×q of a rigid turn about z at unit speed: x' = -y, y' = x, psi' = -theta, theta' = psi.
-_TURN = np.zeros((12, 12))
-for _i in (0, 6):
-    _TURN[_i + 0, _i + 1] = _TURN[_i + 3, _i + 4] = -1.0
-    _TURN[_i + 1, _i + 0] = _TURN[_i + 4, _i + 3] = 1.0

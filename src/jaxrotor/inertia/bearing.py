@@ -7,7 +7,18 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from ..protocol import AbstractElement, Acting, Energetic, Linear, Lumping, Motion, Signalling, Vec6
+from ..protocol import (
+    AbstractElement,
+    Acting,
+    Carried,
+    Carrying,
+    Energetic,
+    Linear,
+    Lumping,
+    Motion,
+    Signalling,
+    Vec6,
+)
 
 # The radial load is smoothed by this much, or every gradient at zero load would be NaN.
 LOAD_SMOOTHING = 1e-3  # N
@@ -15,7 +26,7 @@ LOAD_SMOOTHING = 1e-3  # N
 FRICTION_SPEED = 1.0  # rad/s
 
 
-class SelfAligningBearing(Lumping, Acting, Linear, Energetic, Signalling):
+class SelfAligningBearing(Lumping, Carried, Acting, Linear, Energetic, Signalling):
     """A self-aligning ball bearing in a housing on an elastic base.
 
     The station is the journal with the housing around it. In x and y it has the housing's mass and
@@ -26,6 +37,7 @@ class SelfAligningBearing(Lumping, Acting, Linear, Energetic, Signalling):
 
     The lumped shaft (`shaft_mass`, its inertias about the bearing's centre) is taken from half of
     each adjoining shaft section where none of the three is given: together one rod, centred here.
+    Shafts with mass of their own carry the bearing instead; nothing is lumped then.
 
     Source: Matyja & Łazarz 2014, "self-aligning bearing" block; regularisation and lumping are ours.
     """
@@ -59,6 +71,8 @@ class SelfAligningBearing(Lumping, Acting, Linear, Energetic, Signalling):
                 "shaft_mass, shaft_transverse_inertia and shaft_polar_inertia belong together: "
                 "give all three, or none"
             )
+        if any(isinstance(n, Carrying) for n in neighbours):
+            return self
         halves = [n.half() for n in neighbours if hasattr(n, "half")]  # pyright: ignore
         if not halves:
             raise ValueError(
@@ -75,8 +89,12 @@ class SelfAligningBearing(Lumping, Acting, Linear, Energetic, Signalling):
             is_leaf=lambda x: x is None,
         )
 
+    def own_mass(self) -> Float[Array, "6 6"] | None:
+        return jnp.diag(self._inertia()) if self.shaft_mass is None else None
+
     def _inertia(self) -> Vec6:
-        m, jt, jp = self._shaft()
+        zero = jnp.zeros_like(self.housing_mass)
+        m, jt, jp = (zero if x is None else x for x in self._shaft())
         return jnp.stack([self.housing_mass + m, self.housing_mass + m, m, jt, jt, jp])
 
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:

@@ -6,9 +6,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics import Vector, dot, rotation
+from ..kinematics import Vector, dot, from_tilted, rotation
 from ..parameter import parameter
-from ..protocol import AbstractInertia, Nominal, Ported, Vec6
+from ..protocol import AbstractInertia, Ended, Nominal, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
 
 
@@ -42,8 +42,12 @@ class Imperfection(eqx.Module):
     inclination_angle: Float[Array, ""] = parameter("rad", default=0.0)
 
 
-class Rotor(AbstractInertia, Ported, Nominal):
-    """A rigid axisymmetric rotor: six degrees of freedom, exact for large angles.
+class Rotor(AbstractInertia, Ended, Nominal):
+    """A rigid axisymmetric rotor, thin or long: six degrees of freedom, exact for large angles.
+
+    `ends`: distances (left, right), m, from its geometric centre to the end points on its own axis
+    where shafts are fixed. In a line the shafts go to the ends; elsewhere they are ports
+    `"main.left"` and `"main.right"`. Without `ends` it is thin: all act at the centre.
 
     `angle` is the rotor's angular position on the shaft: it is added to the angles of its unbalance
     and of its imperfection. Port `"main.mass_centre"` of a rotor `main` is its mass centre: a force
@@ -58,8 +62,11 @@ class Rotor(AbstractInertia, Ported, Nominal):
     unbalance: Unbalance = eqx.field(default_factory=Unbalance)
     imperfection: Imperfection | None = None
     angle: Float[Array, ""] = parameter("rad", default=0.0)
+    ends: Float[Array, "2"] | None = parameter(
+        "m", nonnegative=True, shapes=((2,),), optional=True, default=None
+    )
 
-    ports: ClassVar[tuple[str, ...]] = ("mass_centre",)
+    ports: ClassVar[tuple[str, ...]] = ("mass_centre", "left", "right")
 
     def faults(self):
         jp, jt = float(self.polar_inertia), float(self.transverse_inertia)
@@ -125,16 +132,33 @@ class Rotor(AbstractInertia, Ported, Nominal):
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port == "mass_centre":
             return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
+        along = 0.0
+        if port in ("left", "right") and self.ends is not None:
+            along = -self.ends[0] if port == "left" else self.ends[1]
+        shape = self._shape(q, along)
+        if port == "":
+            return shape
+        axis = from_tilted(q[3], q[4], (0.0, 0.0, along))
+        zero = jnp.zeros_like(q[0])
+        end = jnp.stack([axis[0], axis[1], axis[2] - along, zero, zero, zero])
+        return end if shape is None else end + shape
+
+    def end(self, side: str) -> str:
+        return "" if self.ends is None else f".{side}"
+
+    def _shape(self, q: Vec6, along: Array | float) -> Vec6 | None:
+        """Less the stress-free displacement of the imperfect rotor, `along` its axis from C."""
         if self.imperfection is None:
             return None
         d = self.imperfection
         at_d = q[5] + self.angle + d.angle
         at_i = q[5] + self.angle + d.inclination_angle
         zero = jnp.zeros_like(at_d)
+        # dx/dz = +theta, dy/dz = -psi
         return -jnp.stack(
             [
-                d.offset * jnp.cos(at_d),
-                d.offset * jnp.sin(at_d),
+                d.offset * jnp.cos(at_d) + along * d.inclination * jnp.sin(at_i),
+                d.offset * jnp.sin(at_d) - along * d.inclination * jnp.cos(at_i),
                 zero,
                 d.inclination * jnp.cos(at_i),
                 d.inclination * jnp.sin(at_i),

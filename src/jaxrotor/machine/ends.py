@@ -55,7 +55,7 @@ def _acts_at(element: AbstractElement, given: int) -> int | str:
         if size != given:
             return size
     if isinstance(element, Massive):
-        size = jax.eval_shape(lambda e: e.mass(), element).shape[0] // 6
+        size = jax.eval_shape(lambda e: e.mass_matrix(), element).shape[0] // 6
         if size != given:
             return size
     if not isinstance(element, Acting):

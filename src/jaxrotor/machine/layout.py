@@ -189,10 +189,12 @@ def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:
             continue
         for name in ("", *first.ports):
             members = [m for m in group.members if (m, name) in nodes]
+            if not members:
+                continue
             shifted = jax.eval_shape(
                 lambda s, name=name: s.shift(name, jax.numpy.zeros(6)), first
             )  # noqa: B023
-            if members and shifted is not None:
+            if shifted is not None:
                 found.append(
                     Port(
                         g,

@@ -49,10 +49,15 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
         return None
     n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
     M = jnp.zeros((6, n, 6, n))
-    parts = [(jax.vmap(lambda e: e.mass(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive]
+    parts = [(jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive]
     for group, stacked in zip(layout.stations, stations):
         if group.carried and isinstance(stacked, Carried):
-            own = jax.vmap(lambda e: e.own_mass(), in_axes=-1, out_axes=-1)(stacked)
+            own = jax.vmap(
+                lambda e: e.own_mass(),
+                in_axes=-1,
+                out_axes=-1,
+                axis_size=group.stop - group.start,
+            )(stacked)
             parts.append((own, (tuple(range(group.start, group.stop)),)))
     for blocks, nodes in parts:
         node = np.repeat(np.array(nodes), 6, axis=0)

@@ -12,7 +12,7 @@ from typing import Any
 import equinox as eqx
 
 from ..errors import InputError
-from ..parameter import problems
+from ..parameter import problems, straight_unit
 from ..units import example, shown
 from .faults import Faults, guess
 from .kinds import find_kind, public_constants, public_kinds
@@ -24,7 +24,8 @@ FAILED: Any = object()  # what could not be built; its faults have been noted
 @dataclass(frozen=True)
 class Context:
     """Where in the file something is read. `driven`: unit of what a schedule gives. `length`:
-    motions are in m where a displacement is prescribed, not in rad."""
+    motions are in m where a displacement is prescribed, not in rad. `straight`: laws are in m and N
+    where they act along a line, not in rad and N·m."""
 
     faults: Faults
     place: str
@@ -32,6 +33,7 @@ class Context:
     prefix: str = ""
     driven: str = ""
     length: bool = False
+    straight: bool = False
 
     def fault(self, key: str, predicate: str) -> Any:
         self.faults.add(self.place, f"{self.prefix}{key} {predicate}")
@@ -42,6 +44,8 @@ class Context:
 
     def unit(self, field: dataclasses.Field) -> str:
         unit = field.metadata["unit"] or self.driven
+        if self.straight:
+            return straight_unit(unit)
         return unit.replace("rad", "m") if self.length else unit
 
 
@@ -110,6 +114,9 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
             f"must be one of those known, but is {shown(value)}{guess(value, known)}",
         )
     modules = [a for a in options if isinstance(a, type) and issubclass(a, eqx.Module)]
+    members = typing.get_args(hint)[:1] if typing.get_origin(hint) is tuple else ()
+    if members and isinstance(members[0], type) and issubclass(members[0], eqx.Module):
+        return _read_modules(field, members[0], value, context)
     if modules:
         return _read_module(cls, field, modules[0], value, context)
     for kind, words in ((bool, "true or false"), (int, "a whole number"), (str, "a text")):
@@ -122,10 +129,24 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
     )
 
 
+def _read_modules(field: dataclasses.Field, base: type, value: Any, context: Context) -> Any:
+    """A tuple of modules, from a list of tables."""
+    if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
+        return context.fault(
+            field.name,
+            f"must be a list of tables, but is {shown(value)}: write {field.name} = "
+            '[{ kind = "...", ... }, ...]',
+        )
+    parts = [build_nested(base, f"{field.name}.{i}", t, context) for i, t in enumerate(value)]
+    return FAILED if any(part is FAILED for part in parts) else tuple(parts)
+
+
 def _read_module(
     cls: type, field: dataclasses.Field, base: type, value: Any, context: Context
 ) -> Any:
     driven = driven_unit(cls, field)
+    if field.metadata.get("straight"):
+        context = replace(context, straight=True)
     if isinstance(value, dict):
         return build_nested(base, field.name, value, context, driven or "")
     if driven is not None:

@@ -75,7 +75,7 @@ def read_parameter(
         rows = ", ".join(str(len(row)) if isinstance(row, list) else "1" for row in found)
         fault(path, f"must have rows of one length, but they have {rows} entries: fill them up")
     if not faults:
-        faults += bounds(field, as_float64(found), place, path)
+        faults += bounds(field, as_float64(found), place, path, unit)
     return found, faults
 
 

@@ -1,0 +1,194 @@
+"""Laws in one direction: what a joint answers to being stretched or twisted by `x` at the rate `v`.
+
+A coupling takes one law for each direction it likes. Units are declared for a twist (rad, N·m,
+N·m/rad); along x, y and z the same law is in m and N, and study files read it so.
+"""
+
+import abc
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..parameter import parameter
+from ..protocol import NonSmooth
+
+Scalar = Float[Array, ""]
+States = Float[Array, " k"]
+
+
+class AbstractLaw(eqx.Module):
+    """A force between two hubs in one direction. To write your own, give `force`, `energy` and
+    `power_lost`; with states of its own `initial` and `rates` too.
+
+    `x`: displacement of the right hub less the left one's; `v`: its rate. Both may grow without
+    bound where a clutch slips: a law that needs no `x` should not use it.
+    """
+
+    @abc.abstractmethod
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
+        """Positive pulls the hubs together: it pulls the left one along when the right one leads."""
+
+    @abc.abstractmethod
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
+        """Energy stored, J; written without using `force`."""
+
+    @abc.abstractmethod
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
+        """Power turned into heat, W: `force * v` less the growth of `energy`, written apart."""
+
+    def initial(self) -> States:
+        """The states at the start."""
+        return jnp.zeros(0)
+
+    def rates(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> States:
+        """Time derivatives of the states."""
+        return jnp.zeros(0)
+
+    def times(self) -> Float[Array, " n"]:
+        """Instants at which the force jumps, s."""
+        return jnp.zeros(0)
+
+
+def share_out(laws: Sequence[AbstractLaw], state: States | None) -> list[States]:
+    """Each law's own part of states that were put end to end."""
+    parts, first = [], 0
+    for law in laws:
+        count = law.initial().shape[0]
+        parts.append(jnp.zeros(0) if state is None else state[first : first + count])
+        first += count
+    return parts
+
+
+def end_to_end(parts: Sequence[Array]) -> Float[Array, " n"]:
+    return jnp.concatenate([jnp.zeros(0), *parts])
+
+
+class KelvinVoigt(AbstractLaw):
+    """Spring and damper side by side: `stiffness x + damping v`."""
+
+    stiffness: Scalar = parameter("N*m/rad", nonnegative=True)
+    damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
+
+    def force(self, t, x, v, state):
+        return self.stiffness * x + self.damping * v
+
+    def energy(self, t, x, state):
+        return 0.5 * self.stiffness * x**2
+
+    def power_lost(self, t, x, v, state):
+        return self.damping * v**2
+
+
+class Progressive(AbstractLaw):
+    """Odd polynomial `k1 x + k3 x³ + k5 x⁵ + ...` with a viscous damper beside it.
+
+    `coefficients`: k1, k3, k5, ... in N·m/rad, N·m/rad³, ...; a negative one makes it degressive.
+    """
+
+    coefficients: Float[Array, " n"] = parameter(shapes=((None,),), label="SI units")
+    damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
+
+    def faults(self):
+        if self.coefficients.shape[0] == 0:
+            yield "coefficients must hold k1 at least, but is empty"
+
+    def force(self, t, x, v, state):
+        total = jnp.zeros_like(x)
+        for k in self.coefficients[::-1]:  # Horner in x²
+            total = total * x**2 + k
+        return total * x + self.damping * v
+
+    def energy(self, t, x, state):
+        return sum(k * x ** (2 * i + 2) / (2 * i + 2) for i, k in enumerate(self.coefficients))
+
+    def power_lost(self, t, x, v, state):
+        return self.damping * v**2
+
+
+class Backlash(AbstractLaw, NonSmooth):
+    """Free play: no force within `gap` (its whole width), beyond it spring and damper.
+
+    The damper acts in contact alone; where it does, the force jumps at the first touch. `smoothing`
+    (> 0, small against the gap) lets stiffness and damping grow over that distance to either side of
+    the touch instead: derivatives by `gap` of a run with damping are right only then.
+    """
+
+    gap: Scalar = parameter("rad", nonnegative=True)
+    stiffness: Scalar = parameter("N*m/rad", positive=True)
+    damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
+    smoothing: Scalar = parameter("rad", nonnegative=True, default=0.0)
+
+    def _beyond(self, x) -> tuple[Array, Array]:
+        """How far beyond either face."""
+        return x - 0.5 * self.gap, -x - 0.5 * self.gap
+
+    def _width(self) -> Array:
+        return jnp.where(self.smoothing > 0, self.smoothing, 1.0)
+
+    def _contact(self, u) -> Array:
+        """0 in free play, 1 in contact."""
+        smooth = jnp.clip(0.5 * (1 + u / self._width()), 0.0, 1.0)
+        return jnp.where(self.smoothing > 0, smooth, jnp.where(u > 0, 1.0, 0.0))
+
+    def _depth(self, u) -> Array:
+        """The integral of `_contact`."""
+        w = self.smoothing
+        rising = (u + w) ** 2 / (4 * self._width())
+        return jnp.where(u >= w, u, jnp.where(u > -w, rising, 0.0))
+
+    def _area(self, u) -> Array:
+        """The integral of `_depth`."""
+        w = self.smoothing
+        rising = (u + w) ** 3 / (12 * self._width())
+        return jnp.where(u >= w, 0.5 * u**2 + w**2 / 6, jnp.where(u > -w, rising, 0.0))
+
+    def force(self, t, x, v, state):
+        right, left = self._beyond(x)
+        touching = self._contact(right) + self._contact(left)
+        spring = self.stiffness * (self._depth(right) - self._depth(left))
+        return spring + self.damping * touching * v
+
+    def energy(self, t, x, state):
+        right, left = self._beyond(x)
+        return self.stiffness * (self._area(right) + self._area(left))
+
+    def power_lost(self, t, x, v, state):
+        right, left = self._beyond(x)
+        return self.damping * (self._contact(right) + self._contact(left)) * v**2
+
+
+class Parallel(AbstractLaw):
+    """Laws side by side: their forces add up.
+
+    A static characteristic with `Maxwell` and `BoucWen` branches beside it depends on amplitude and
+    frequency, as rubber does.
+    """
+
+    parts: tuple[AbstractLaw, ...] = eqx.field(converter=tuple)
+
+    def faults(self):
+        if not self.parts:
+            yield "parts must hold one law at least, but is empty"
+
+    def _each(self, state):
+        return zip(self.parts, share_out(self.parts, state))
+
+    def force(self, t, x, v, state):
+        return sum(law.force(t, x, v, own) for law, own in self._each(state))
+
+    def energy(self, t, x, state):
+        return sum(law.energy(t, x, own) for law, own in self._each(state))
+
+    def power_lost(self, t, x, v, state):
+        return sum(law.power_lost(t, x, v, own) for law, own in self._each(state))
+
+    def initial(self):
+        return end_to_end([law.initial() for law in self.parts])
+
+    def rates(self, t, x, v, state):
+        return end_to_end([law.rates(t, x, v, own) for law, own in self._each(state)])
+
+    def times(self):
+        return end_to_end([law.times() for law in self.parts])
