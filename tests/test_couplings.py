@@ -148,12 +148,12 @@ def test_the_balanced_form_has_no_bore_and_still_stacks():
 # Whole machines
 
 
-def free_line(turn=0.0):
-    """Two unbalanced rotors on isotropic supports, misaligned and bored askew; everything that has
-    a direction in the plane is turned by `turn`."""
+def free_line(turn=0.0, size=1.0):
+    """Two unbalanced rotors on isotropic supports, misaligned and bored askew, by so much; everything
+    that has a direction in the plane is turned by `turn`."""
 
     def unbalance(e, angle):
-        return jr.Unbalance(e, angle + turn, 5e-3, 0.4 + turn)
+        return jr.Unbalance(size * e, angle + turn, size * 5e-3, 0.4 + turn)
 
     support = jr.LinearSupport([2e5, 2e5, 1e5, 60.0, 60.0, 0.0], [50.0, 50, 50, 0.1, 0.1, 0.0])
     return jr.Machine.in_line(
@@ -163,8 +163,8 @@ def free_line(turn=0.0):
                 SPRINGS,
                 DAMPERS,
                 phi=jr.Parallel([jr.Maxwell(100.0, 1.0), jr.Progressive([50.0, 1e4])]),
-                misalignment=jr.Misalignment(1e-3, 0.5 + turn, 0.02, turn - 0.4),
-                imperfection=jr.Imperfection(5e-4, 0.7 + turn, 0.01, 1.1 + turn),
+                misalignment=jr.Misalignment(size * 1e-3, 0.5 + turn, size * 0.02, turn - 0.4),
+                imperfection=jr.Imperfection(size * 5e-4, 0.7 + turn, size * 0.01, 1.1 + turn),
             ),
             "b": jr.Rotor(3.0, 0.010, 0.006, unbalance=unbalance(2e-4, -1.0)),
         },
@@ -173,20 +173,25 @@ def free_line(turn=0.0):
 
 
 def test_turning_everything_changes_nothing():
-    turn = 0.7
+    """But for what 1-2-3 angles do to linear supports, of third order in the tilt. Twist measured by
+    phi alone would differ by psi theta, of second order."""
+    about = Rotation.from_euler("z", 0.7)
     options = dict(initial="undeformed", speed=100.0, **TIGHT)
-    one, other = (jr.simulate(free_line(at), 0.1, 200.0, **options) for at in (0.0, turn))
-    about = Rotation.from_euler("z", turn)
-    largest = 0.0
-    for name in "ab":
-        p, q = np.asarray(one[name].position), np.asarray(other[name].position)
-        np.testing.assert_allclose(q[:, :3], about.apply(p[:, :3]), atol=1e-10)
-        turned = about * Rotation.from_euler("XYZ", p[:, 3:]) * about.inv()
-        apart = turned.inv() * Rotation.from_euler("XYZ", q[:, 3:])
-        # chi is right to the fourth order of the tilt
-        assert apart.magnitude().max() < 2e-8
-        largest = max(largest, np.abs(p[:, 3] * p[:, 4]).max())
-    assert largest > 1e-5  # measured by phi alone they would be this far apart
+
+    def errors(size):
+        one, other = (jr.simulate(free_line(at, size), 0.05, 200.0, **options) for at in (0.0, 0.7))
+        out = []
+        for name in "ab":
+            p, q = np.array(one[name].position), np.array(other[name].position)
+            turned = about * Rotation.from_euler("XYZ", p[:, 3:]) * about.inv()
+            apart = turned.inv() * Rotation.from_euler("XYZ", q[:, 3:])
+            out += [np.abs(q[:, :3] - about.apply(p[:, :3])).max(), apart.magnitude().max()]
+        assert np.abs(p[:, 3] * p[:, 4]).max() > 1e-5 * size**2
+        return np.array(out)
+
+    coarse, fine = errors(1.0), errors(0.25)
+    assert np.all(coarse < 2e-6)
+    assert np.all(coarse / fine > 0.9 * 4**3)
 
 
 def test_energy_of_a_coupled_line():
@@ -291,7 +296,7 @@ def test_clutches_engage_hold_and_slip():
     """In one run: two free inertias are joined, one torque below capacity is held, one above slips.
     They stand on one wall; a coupling without any force joins the free pair to it."""
     engage = jr.Ramp(0.0, 0.1, 1.0)
-    clutch = jr.Coupling(phi=jr.StickSlipClutch(CAPACITY, SLIP, engage, 0.02))
+    clutch = jr.Coupling(phi=jr.StickSlipClutch(CAPACITY, SLIP, engage, 2.0))
     rotor = jr.Rotor(1.0, J1, 0.03)
     machine = jr.Machine(
         {
@@ -325,8 +330,8 @@ def test_clutches_engage_hold_and_slip():
         100.0,
         jr.State(np.zeros((5, 6)), v),
         solver=diffrax.Kvaerno5(),
-        rtol=1e-9,
-        atol=1e-11,
+        rtol=1e-7,
+        atol=1e-9,
     )
     t = np.asarray(response.t)
     speed = {n: np.asarray(response[n].velocity)[:, 5] for n in ("one", "two", "pulled")}
@@ -357,7 +362,7 @@ def test_clutches_engage_hold_and_slip():
     "law",
     [
         jr.CoulombClutch(CAPACITY, jr.Ramp(0.0, 0.1, 1.0), 0.05),
-        jr.StickSlipClutch(CAPACITY, SLIP, jr.Ramp(0.0, 0.1, 1.0), 0.02),
+        jr.StickSlipClutch(CAPACITY, SLIP, jr.Ramp(0.0, 0.1, 1.0), 2.0),
     ],
     ids=["coulomb", "stick-slip"],
 )
@@ -379,14 +384,14 @@ def test_heat_of_an_engagement(law):
         1e-5,
         (zero, jnp.asarray(-100.0), zero, law.initial()),
         stepsize_controller=diffrax.ClipStepSizeController(
-            diffrax.PIDController(rtol=1e-10, atol=1e-12), jump_ts=jnp.array([0.1])
+            diffrax.PIDController(rtol=1e-8, atol=1e-10), jump_ts=jnp.array([0.1])
         ),
-        max_steps=2**14,
+        max_steps=2**15,
     )
     _, v, heat, _ = (y[0] for y in solution.ys)
     reduced = J1 * J2 / (J1 + J2)
     assert abs(float(v)) < 1e-3
-    np.testing.assert_allclose(heat, 0.5 * reduced * (100.0**2 - v**2), rtol=1e-7)
+    np.testing.assert_allclose(heat, 0.5 * reduced * (100.0**2 - v**2), rtol=1e-6)
 
 
 # Derivatives
@@ -412,7 +417,7 @@ NUMBERS = [300.0, 1e7, 40.0, 0.01, 100.0, 1.0, 0.01, 1e-3, 5e-4]
 
 def test_derivatives_of_a_machine_one_by_one_and_in_a_batch():
     rng = np.random.default_rng(3)
-    y = jnp.asarray(rng.normal(size=27) * np.repeat([0.005, 1.0, 0.3], [12, 12, 3]))
+    y = jnp.asarray(rng.normal(size=26) * np.repeat([0.005, 1.0, 0.3], [12, 12, 2]))
 
     def rates(p):
         return vector_field(0.0, y, assemble(numbered(p)))
@@ -427,19 +432,22 @@ def test_derivatives_of_a_machine_one_by_one_and_in_a_batch():
 
 
 def test_derivatives_of_a_run():
-    """Through fifty steps of the exponential method, by stiffness, gap and both misalignments."""
-    v = np.zeros((2, 6))
-    v[:, 5] = 30.0, 33.0
-    start = jr.State(np.zeros((2, 6)), v)
+    """Through fifty steps of Runge and Kutta, by stiffness, gap and both misalignments."""
+    y0 = jnp.zeros(26).at[20:22].set(jnp.array([30.0, 33.0]))
 
     def last(p):
-        p = jnp.asarray(NUMBERS).at[jnp.array([0, 6, 7, 8])].set(p)
-        response = jr.simulate(
-            numbered(p), 0.02, 500.0, start, solver=jr.ExponentialAdams(), step=4e-4
-        )
-        return response.y[-1, :12] * 1e3
+        system = assemble(numbered(jnp.asarray(NUMBERS).at[jnp.array([0, 6, 7, 8])].set(p)))
 
-    assert_derivatives_agree(last, [NUMBERS[i] for i in (0, 6, 7, 8)], step=1e-3, rtol=1e-6)
+        def step(y, _):
+            h, slope = 2e-4, lambda y: vector_field(0.0, y, system)
+            a = slope(y)
+            b = slope(y + h / 2 * a)
+            c = slope(y + h / 2 * b)
+            return y + h / 6 * (a + 2 * b + 2 * c + slope(y + h * c)), None
+
+        return jax.lax.scan(step, y0, None, length=50)[0] * 1e3
+
+    assert_derivatives_agree(last, [NUMBERS[i] for i in (0, 6, 7, 8)], step=1e-3)
 
 
 # Users: their own coupling, names of parameters, study files, wrong numbers
@@ -465,11 +473,11 @@ class Membrane(jr.AbstractCoupling):
 def test_a_users_own_coupling():
     rotor = jr.Rotor(1.0, 0.01, 0.01)
     machine = jr.Machine.in_line(
-        {"a": rotor, "joint": Membrane(1e4, 0.05, misalignment=ASIDE), "b": rotor}
+        {"a": rotor, "joint": Membrane(1e5, 0.05, misalignment=ASIDE), "b": rotor}
     )
     v = np.zeros((2, 6))
     v[1, 5] = 20.0
-    audit = jr.energy_audit(machine, 0.05, 2000.0, jr.State(np.zeros((2, 6)), v))
+    audit = jr.energy_audit(machine, 0.05, 2000.0, jr.State(np.zeros((2, 6)), v), step=5e-5)
     assert float(audit.relative) < 1e-8
     assert float(jnp.ptp(audit.elastic)) > 0.1
 

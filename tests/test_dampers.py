@@ -100,8 +100,7 @@ def test_energy_of_a_damped_run_up():
         jr.TorsionalDamper(0.01, 1.0, 20.0), push=(jr.Torque(jr.Step(0.0205, 50.0)), "rotor")
     )
     audit = jr.energy_audit(parts, 0.2, 1000.0, initial="undeformed", step=2e-4)
-    assert float(audit.relative) < 1e-6
-    assert float(audit.lost[-1]) > 0.05 * float(audit.exchanged)
+    assert float(jnp.max(jnp.abs(audit.residual))) < 1e-6 * float(audit.lost[-1])
     # at the start the ring already turns with its hub
     assert float(audit.elastic[0]) == pytest.approx(0.5 * 0.01 * 80.0**2, rel=1e-12)
 

@@ -18,8 +18,8 @@ from jaxrotor.protocol import NonSmooth
 J, END, RATE = 0.02, 0.5, 50.0
 
 DRIVE, FAN = 3.0, 2e-4
-CURVE = np.array([-60.0, 0.0, 30.0, 80.0, 150.0]), np.array([4.0, 1.5, 0.5, -0.4, -6.0])
-BRAKE, REVERSAL = 0.8, 2.0
+CURVE = np.array([-60.0, 0.0, 30.0, 80.0, 150.0]), np.array([12.0, 4.5, 1.5, -1.2, -18.0])
+BRAKE, REVERSAL = 1.0, 2.0
 FALL = jr.Step(0.213, 0.0, BRAKE)
 MEAN, ORDERS, AMPLITUDES, PHASES = 2.0, (0.5, 1.0, 3.0), (1.0, 4.0, -1.5), (0.2, -0.4, 1.1)
 CUT = 0.317  # s, when the throttle shuts
@@ -86,7 +86,7 @@ def test_a_brake_that_is_released(run):
     fall = np.exp(-BRAKE * t / (J * REVERSAL))
     expected = REVERSAL * np.arcsinh(np.sinh(20.0 / REVERSAL) * fall)
     np.testing.assert_allclose(speed(run, "released"), expected, rtol=1e-9)
-    assert expected[-1] > 10
+    assert expected[-1] > 9
 
 
 def test_an_engine_turns_its_torques_work_into_speed(run):
@@ -207,7 +207,7 @@ def test_a_rotor_rests_where_its_supports_stand():
         },
     )
     rest = jr.static_equilibrium(machine)
-    np.testing.assert_allclose(rest.q[0], (k1 * o1 + k2 * o2) / (k1 + k2), rtol=1e-9)
+    np.testing.assert_allclose(rest.position[0], (k1 * o1 + k2 * o2) / (k1 + k2), rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -261,9 +261,12 @@ def test_derivatives_by_numbers_and_motion(name):
     given = jnp.concatenate([jnp.ravel(leaf) for leaf in leaves])
     moving = jnp.asarray(np.random.default_rng(2).uniform(0.5, 1.5, 12 + states))
     moving = moving.at[11].set(37.0)  # rad/s: not at a corner of a table or limit
-    assert_derivatives_agree(answer, jnp.concatenate([given, moving]), rtol=1e-7, step=1e-4)
+    x = jnp.concatenate([given, moving])
+    expected = assert_derivatives_agree(answer, x, rtol=1e-7, step=1e-4)
     at_rest = jnp.concatenate([given, jnp.zeros(12 + states)])
-    assert np.all(np.isfinite(jax.jit(jax.jacrev(answer))(at_rest)))
+    batch = jax.jit(jax.vmap(jax.jacrev(answer)))(jnp.stack([x, at_rest]))
+    np.testing.assert_allclose(batch[0], expected, rtol=1e-9, atol=1e-9)
+    assert np.all(np.isfinite(batch))
 
 
 # Wrong input

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from apart import apart, spinning
-from helpers import assert_derivatives_agree, pull
+from helpers import pull
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -67,14 +67,16 @@ R, L, K, V = 0.6, 0.015, 0.4, 60.0
 ON, OFF = 0.05, 0.35  # s: the small induction motor is switched on, and blacked out
 PEAK = 220 * np.sqrt(2 / 3)
 FAN = 3e-4
+SOON = 0.25  # s: voltage and frequency of the soft start are whole
+SOFT, SWEEP = jr.Ramp(0.0, SOON, PEAK, 25.0), jr.Ramp(0.0, SOON, 60.0, 6.0)
 PULSE = jr.PulseTrain(1.0, OFF - ON, PEAK, start=ON)
 LINE = {
-    "kloss": (jr.KlossMotor(*KLOSS, jr.Step(OUT, 0.0, 1.0)), 0.06),
-    "backward": (jr.KlossMotor(20.0, 0.15, -100.0), 0.06),
+    "kloss": (jr.KlossMotor(*KLOSS, jr.Step(OUT, 0.0, 1.0)), 0.025),
+    "backward": (jr.KlossMotor(20.0, 0.15, -100.0), 0.025),
     "dc": (jr.DCMotor(R, L, K, V), 0.02),
     "small": ((krause(3, PULSE), jr.FanLoad(FAN)), 0.089),
     "locked": (krause(2250), 1e9),
-    "brushless": (jr.SpeedGovernor(60.0, 1.0, 5.0, 30.0), 0.05),
+    "soft": ((krause(3, SOFT, frequency=SWEEP), jr.FanLoad(FAN)), 0.089),
 }
 
 
@@ -98,7 +100,7 @@ def kloss_time(slip, inertia):
 def test_kloss_motor_runs_up_and_is_blacked_out(run):
     w, t = speed(run, "kloss"), np.asarray(run.t)
     on = (t > 0) & (t < OUT)
-    np.testing.assert_allclose(kloss_time(1 - w[on] / KLOSS[2], 0.06), t[on], rtol=1e-10)
+    np.testing.assert_allclose(kloss_time(1 - w[on] / KLOSS[2], 0.025), t[on], rtol=1e-10)
     assert 70 < w[on][-1] < 100
     np.testing.assert_allclose(w[~on][1:], w[-1], rtol=1e-13)  # no torque afterwards
     assert w[-1] > w[on][-1]  # the last row before the blackout is not yet its speed
@@ -130,9 +132,9 @@ def test_dc_motor_is_the_matrix_exponential(run):
 # Induction motor
 
 
-def stationary(hp, peak, times, inertia, fan=0.0, on=0.0, off=np.inf):
+def stationary(hp, grid, times, inertia, fan=0.0, corners=()):
     """(speed, torque, stator current) of a motor that starts from rest, in the stator's own frame:
-    complex flux linkages, the voltage a phasor that turns."""
+    complex flux linkages. `grid(t)`: the voltage, a phasor that turns; it jumps at `corners`."""
     _, _, rs, xls, xm, xlr, rr = KRAUSE[hp]
     inverse = np.linalg.inv(np.array([[xls + xm, xm], [xm, xlr + xm]]) / TURN)
 
@@ -140,21 +142,28 @@ def stationary(hp, peak, times, inertia, fan=0.0, on=0.0, off=np.inf):
         current = inverse @ (y[:2] + 1j * y[2:4])
         return 3.0 * np.imag(np.conj(y[0] + 1j * y[2]) * current[0]), current
 
-    def field(t, y, u):
+    def field(t, y, middle):
         torque, current = torque_of(y)
         w = y[4]
-        stator = u * np.exp(1j * TURN * t) - rs * current[0]
+        stator = grid(t, middle) - rs * current[0]
         rotor = -rr * current[1] + 2j * w * (y[1] + 1j * y[3])
         turning = (torque - fan * abs(w) * w) / inertia
         return np.array([stator.real, rotor.real, stator.imag, rotor.imag, turning])
 
     y, found = np.zeros(5), []
-    for first, last, u in ((0, on, 0.0), (on, min(off, times[-1]), peak), (off, times[-1], 0.0)):
-        if last <= first:
-            continue
+    ends = [0.0, *corners, times[-1]]
+    for first, last in zip(ends, ends[1:]):
         inside = times[(times >= first) & (times < last)]
+        middle = (first + last) / 2  # tells which piece, where t is at its very end
         piece = solve_ivp(
-            field, (first, last), y, "DOP853", [*inside, last], args=(u,), rtol=1e-11, atol=1e-11
+            field,
+            (first, last),
+            y,
+            "DOP853",
+            [*inside, last],
+            args=(middle,),
+            rtol=1e-11,
+            atol=1e-11,
         )
         found += list(piece.y.T[: inside.size])
         y = piece.y[:, -1]
@@ -163,28 +172,44 @@ def stationary(hp, peak, times, inertia, fan=0.0, on=0.0, off=np.inf):
     return found[:, 4], np.array(torque), np.abs([c[0] for c in current])
 
 
-def test_transients_against_the_stators_own_frame(run):
-    """Switched on at rest with a fan, run up, and shorted at full speed."""
-    w, torque, current = stationary(3, PEAK, np.asarray(run.t), 0.089, FAN, ON, OFF)
-    motor = run["small: InductionMotor"]
-    np.testing.assert_allclose(speed(run, "small"), w, rtol=0, atol=1e-7)
+def switched(t, middle):
+    return PEAK * (ON < middle < OFF) * np.exp(1j * TURN * t)
+
+
+def swept(t, middle):
+    """25 V at 6 Hz to the whole at 60 Hz, straight; the phase is the integral of the frequency."""
+    if middle > SOON:
+        return PEAK * np.exp(2j * np.pi * (33 * SOON + 60 * (t - SOON)))
+    phase = 6 * t + 27 * t**2 / SOON
+    return (25 + (PEAK - 25) * t / SOON) * np.exp(2j * np.pi * phase)
+
+
+@pytest.mark.parametrize(
+    "name, grid, corners", [("small", switched, (ON, OFF)), ("soft", swept, (SOON,))]
+)
+def test_transients_against_the_stators_own_frame(run, name, grid, corners):
+    """Switched on at rest with a fan, run up, and shorted at full speed; and a soft start."""
+    w, torque, current = stationary(3, grid, np.asarray(run.t), 0.089, FAN, corners)
+    motor = run[f"{name}: InductionMotor"]
+    np.testing.assert_allclose(speed(run, name), w, rtol=0, atol=1e-7)
     np.testing.assert_allclose(motor.torque, torque, rtol=0, atol=1e-6)
     np.testing.assert_allclose(motor.current, current, rtol=0, atol=1e-6)
-    assert np.max(w) > 180 and np.max(torque) > 60 and np.min(torque) < -20
+    assert np.max(w) > 110 and np.max(torque) > 40 and np.ptp(torque[-20:]) > 1
 
 
 def test_torque_at_switching_on_swings_with_the_grid(run):
-    """A rotor too heavy to move: the torque's swing dies away about the standstill torque, at
-    60 Hz, as the flux that stands in the stator does."""
-    w, torque, _ = stationary(2250, 2300 * np.sqrt(2 / 3), np.asarray(run.t), 1e9)
+    """A rotor too heavy to move: the torque swings about that of standstill at 60 Hz, for the flux
+    of switching on stands still in the stator while the grid's turns."""
+    peak = 2300 * np.sqrt(2 / 3)
+    _, torque, _ = stationary(
+        2250, lambda t, _: peak * np.exp(1j * TURN * t), np.asarray(run.t), 1e9
+    )
     ours = np.asarray(run["locked: InductionMotor"].torque)
     np.testing.assert_allclose(ours, torque, rtol=0, atol=1e-4)
-    swing = ours[:50] - ours[-1]  # the first 0.1 s: bins of 10 Hz
-    lines = np.abs(np.fft.rfft(swing))
-    assert np.fft.rfftfreq(50, 1 / RATE)[1 + np.argmax(lines[1:])] == pytest.approx(60.0)
-    final, _ = circuit(2300, *KRAUSE[2250][2:], 1.0, TURN / 2)
-    np.testing.assert_allclose(ours[-1], final, rtol=1e-5)
-    assert np.max(swing) > 1.5 * final
+    lines = np.abs(np.fft.rfft(ours[:50]))  # the first 0.1 s: lines at 0, 10, ... Hz
+    assert np.argmax(lines[1:]) + 1 == 6
+    standstill, _ = circuit(2300, *KRAUSE[2250][2:], 1.0, TURN / 2)
+    assert np.max(ours) > 3 * standstill and np.min(ours) < 0
 
 
 @pytest.mark.parametrize("hp", KRAUSE)
@@ -311,7 +336,7 @@ def test_energy_of_motors_is_balanced(start):
             "brake": (jr.Brake(10.0, 5.0), "r"),
         },
     )
-    audit = jr.energy_audit(machine, 0.1, 2000.0, spinning([start]))
+    audit = jr.energy_audit(machine, 0.1, 1000.0, spinning([start]), step=1e-4)
     assert float(audit.relative) < 1e-6
     assert float(audit.exchanged) > 500 and float(np.ptp(audit.lost)) > 100
 
@@ -323,9 +348,16 @@ def test_derivative_of_a_run_up_by_the_motors_numbers():
     )
     names = ("m.resistance", "m.inductance", "m.constant", "m.voltage.level")
 
-    def final(x):
-        own = machine.set(dict(zip(names, x)))
-        run = jr.simulate(own, 0.1, 10.0, "undeformed", solver=diffrax.Dopri8(), step=1e-3)
+    def final(x, adjoint):
+        run = jr.simulate(
+            machine.set(dict(zip(names, x))),
+            0.1,
+            100.0,
+            "undeformed",
+            solver=diffrax.Dopri8(),
+            step=1e-3,
+            adjoint=adjoint,
+        )
         return run["r"].velocity[-1, 5]
 
     def exact(x):
@@ -334,10 +366,14 @@ def test_derivative_of_a_run_up_by_the_motors_numbers():
         return (expm(A * 0.1) @ [0, 0, 1])[0]
 
     x = np.array([R, L, K, V])
-    got = assert_derivatives_agree(final, x, rtol=1e-6, step=1e-4)
-    for i, d in enumerate(np.diag(1e-4 * x)):
-        eight = 8 * (exact(x + d) - exact(x - d)) - exact(x + 2 * d) + exact(x - 2 * d)
-        np.testing.assert_allclose(got[i], eight / (12 * d[i]), rtol=1e-7)
+    expected = [
+        (8 * (exact(x + d) - exact(x - d)) - exact(x + 2 * d) + exact(x - 2 * d)) / (12 * d[i])
+        for i, d in enumerate(np.diag(1e-3 * x))
+    ]
+    forward = jax.jacfwd(lambda x: final(x, diffrax.ForwardMode()))(jnp.asarray(x))
+    reverse = jax.grad(lambda x: final(x, None))(jnp.asarray(x))
+    np.testing.assert_allclose(forward, expected, rtol=1e-8)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-11)
 
 
 STUDY = """
@@ -405,7 +441,7 @@ def test_study_files_know_them(tmp_path):
     machine = jr.load(path).machine
     motor = machine["m"]
     assert (float(motor.frequency.level), motor.pole_pairs) == (60.0, 2)
-    assert float(motor.rotor_resistance) == 0.816
+    assert float(motor.rotor_resistance) == pytest.approx(0.816, rel=1e-14)
     assert float(motor.voltage.value(0.51)) == pytest.approx(90.0, rel=1e-14)
     assert (float(machine["dc"].constant), float(machine["dc"].voltage.level)) == (0.4, 60.0)
     assert float(machine["kloss"].synchronous_speed) == pytest.approx(50 * np.pi, rel=1e-14)

@@ -42,6 +42,7 @@ from .elastic import (
     Coupling as Coupling,
     ElasticMatrix as ElasticMatrix,
     FiniteElementShaft as FiniteElementShaft,
+    GearMesh as GearMesh,
     KelvinVoigt as KelvinVoigt,
     Material as Material,
     Maxwell as Maxwell,

@@ -27,8 +27,8 @@ def equivalent_circuit(
     """(Rs, Rr, Ls, Lr, Lm in ohm and H), and the pole pairs; arguments as for `from_nameplate`.
 
     Least squares on the relative errors, by the steady single-phase circuit: a stator branch, a
-    magnetizing one and a rotor branch of resistance Rr/s. Both leakages are taken equal unless a
-    starting value is given. Source: Krause et al., Analysis of Electric Machinery, ch. 4.
+    magnetizing one and a rotor branch of resistance Rr/s. Both leakages are taken equal: how they
+    are split cannot be seen from outside. Source: Krause et al., Analysis of Electric Machinery, ch. 4.
     """
     _check(locals())
     from scipy.optimize import least_squares
@@ -55,11 +55,10 @@ def equivalent_circuit(
         wanted["starting torque"] = starting_torque_ratio * torque
     if starting_current_ratio is not None:
         wanted["starting current"] = starting_current_ratio * current
-    split = len(wanted) > 4
 
     def circuit(x):
-        rs, rr, leak, magnetizing = np.exp(x[:4]) * volts / current
-        return rs, rr, leak, leak * np.exp(x[4]) if split else leak, magnetizing
+        rs, rr, leak, magnetizing = np.exp(x) * volts / current
+        return rs, rr, leak, leak, magnetizing
 
     def found(x):
         rs, rr, xs, xr, xm = circuit(x)
@@ -90,11 +89,12 @@ def equivalent_circuit(
         return [_WEIGHTS.get(k, 1.0) * math.log(have[k] / v) for k, v in wanted.items()]
 
     starts = ((rs, slip, leak, xm) for rs in (0.01, 0.05) for leak in (0.07, 0.15) for xm in (2, 4))
-    bounds = ([-12.0, -12.0, -9.0, -3.0, -2.0], [2.0, 2.0, 2.0, 6.0, 2.0])
+    bounds = ([-12.0, -12.0, -9.0, -3.0], [2.0, 2.0, 2.0, 6.0])
     runs = []
     for first in starts:
-        x = [*np.log(first), 0.0]
-        runs.append(least_squares(errors, x, bounds=bounds, xtol=1e-14, ftol=1e-14, gtol=1e-14))
+        runs.append(
+            least_squares(errors, np.log(first), bounds=bounds, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        )
     x = min(runs, key=lambda r: r.cost).x
     _tell(found(x), wanted)
     rs, rr, xs, xr, xm = circuit(x)

@@ -75,7 +75,7 @@ class SpeedSpline(AbstractMotion):
         from scipy.interpolate import CubicSpline, make_smoothing_spline
 
         times, speeds = _record(times, speeds)
-        if lam is not None and not (np.isfinite(lam) and lam >= 0):
+        if lam is not None and not (isinstance(lam, (int, float)) and 0 <= lam < np.inf):
             raise InputError(f"SpeedSpline.smoothed: lam must be zero or positive, but is {lam!r}")
         smooth = make_smoothing_spline(times, speeds, lam=lam)
         wanted = smooth(times)

@@ -7,6 +7,7 @@ from .coupling import (
     Misalignment as Misalignment,
 )
 from .finite import FiniteElementShaft as FiniteElementShaft
+from .gear import GearMesh as GearMesh
 from .hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
 from .law import (
     AbstractLaw as AbstractLaw,

@@ -14,6 +14,7 @@ from ..machine.machine import Machine
 from ..machine.lineup import line_up, stack
 from ..machine.system import System, assemble, jump_times
 from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
+from ..solve.adaptive import adaptive_samples, is_smooth, tolerances
 from ..solve.checks import initial_speed, sample_count
 from ..solve.plan import Plan, plan as make_plan
 from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
@@ -60,13 +61,15 @@ def energy_audit(
     initial: Any = "static",
     speed: Any = None,
     step: Plan | float | None = None,
+    rtol: float = 1e-8,
 ) -> EnergyAudit:
     """Runs the machine with its powers integrated beside it, by the same solver and step.
 
     Energies and losses come from the elements' own `energy`, `power_lost`, `kinetic_energy` and
     `height_energy`, which are written apart from their forces, so a balance means something. An
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
-    for `simulate`, but the step is planned for an error of 1e-6. Raises `InputError` where an elastic
+    for `simulate`, but the step is planned for an error of 1e-6; a machine that is not smooth is run by
+    Kvaerno5 to `rtol`. Raises `InputError` where an elastic
     element keeps no account of its energy.
     """
     machine.check()
@@ -78,15 +81,19 @@ def energy_audit(
             )
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
+    interval = jnp.asarray(1.0 / sample_rate, float)
+    if not is_smooth(machine):
+        if step is not None:
+            raise InputError("this machine is not smooth: its step follows from rtol; leave step out")
+        return _audit(machine, initial, speed, None, interval, count, jnp.asarray(rtol, float))
     if step is None:
         step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)
     plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
-    interval = jnp.asarray(1.0 / sample_rate, float)
     return _audit(machine, initial, speed, plan, interval, count, jnp.asarray(plan.speed))
 
 
 @eqx.filter_jit
-def _audit(machine, initial, speed, plan, interval, count, at_speed) -> EnergyAudit:
+def _audit(machine, initial, speed, plan, interval, count, number) -> EnergyAudit:
     system = assemble(machine)
     books = _books(machine, system)
     y0, _ = start(machine, system, initial, speed)
@@ -96,17 +103,16 @@ def _audit(machine, initial, speed, plan, interval, count, at_speed) -> EnergyAu
         powers = _powers(t, evaluate(t, y[:d], system), books)
         return jnp.concatenate([vector_field(t, y[:d], system), jnp.stack(powers)])
 
-    A = jnp.pad(jacobian(assemble(machine, nominal=True), at_speed), ((0, 2), (0, 2)))
-    samples = jnp.arange(count) * interval
-    y = march_samples(
-        with_substeps(None, plan),
-        A,
-        diffrax.ODETerm(field),
-        samples,
-        jump_times(machine),
-        jnp.concatenate([y0, jnp.zeros(2)]),
-        system,
-    )
+    samples, jumps = jnp.arange(count) * interval, jump_times(machine)
+    terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
+    if plan is None:
+        relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
+        y, _ = adaptive_samples(
+            diffrax.Kvaerno5(), terms, samples, jumps, start_y, system, relative, absolute
+        )
+    else:
+        A = jnp.pad(jacobian(assemble(machine, nominal=True), number), ((0, 2), (0, 2)))
+        y = march_samples(with_substeps(None, plan), A, terms, samples, jumps, start_y, system)
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(samples, y[:, :d])
     return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])

@@ -15,13 +15,14 @@ from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
+from .adaptive import adaptive_samples, is_smooth, tolerances
 from .checks import check_solver, initial_speed, judge, sample_count, speed_beyond
 from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .knots import knots
 from .march import march
 from .plan import Plan, bucket, plan as make_plan, top_speed
-from .progress import progress_bar
+from .progress import meter, progress_bar
 from .response import Response, RunInfo
 from .state import State, to_flat
 from .steady import steady_whirl
@@ -53,12 +54,14 @@ def simulate(
       periodic whirl at `speed`; `"undeformed"`; or a `State`.
     - `speed`: rad/s, of the whole line at the start. A driven line starts with its drive; there it
       may be left out. A `State` brings its own.
-    - `solver`: by default `ExponentialAdams`; any solver of diffrax may be given. `ETD4RK` and
-      `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol`.
+    - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
+      clutch, a limited governor) `diffrax.Kvaerno5`; any solver of diffrax may be given. `ETD4RK` and
+      `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol` (m and rad;
+      of rates 1000 times as much per second).
     - `step`: for the exponential solvers, a `Plan` or a largest step in s. By default `jr.plan`
       chooses; inside `jit` or `vmap` it must be given.
-    - `adjoint`: of diffrax, for the other solvers. The exponential ones need none: forward and
-      reverse mode both work.
+    - `adjoint`: of diffrax, for the other solvers, whose default knows reverse mode alone: give
+      `diffrax.ForwardMode()` for forward mode. The exponential ones need none: both modes work.
     - `progress`: a progress bar; by default for runs expected to take over two seconds.
 
     Raises `InputError` for wrong input, before anything runs, and `SimulationFailed`, with the
@@ -76,7 +79,7 @@ def simulate(
 
     def run(solver, info, numbers, bar):
         began = time.perf_counter()
-        expected = count * (info.substeps or 0)
+        expected = None if info.substeps is None else count * info.substeps
         with progress_bar(count, expected, bar if concrete else False) as every:
             y, steps, checks = _run(
                 machine, initial, speed, solver, interval, numbers, count, step is not None, adjoint, every
@@ -91,6 +94,8 @@ def simulate(
         )
         return Response(machine, jnp.arange(count) * interval, y, info), checks
 
+    if solver is None and not is_smooth(machine):
+        solver = diffrax.Kvaerno5()
     if solver is None or isinstance(solver, (ExponentialAdams, ETD4RK)):
         chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
         for _ in range(_PLANS):
@@ -107,7 +112,7 @@ def simulate(
             raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
         info = RunInfo(type(solver).__name__, initial=words, step=step)
         numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
-        response, checks = run(solver, info, numbers, False)
+        response, checks = run(solver, info, numbers, progress)
     if concrete and is_concrete(response.y):
         judge(response, initial, checks)
     return response
@@ -169,34 +174,12 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
         y = march_samples(solver, A, terms, samples, jumps, y0, system, every)
         steps = jnp.asarray((count - 1) * solver.substeps)
     else:
-        if fixed:
-            controller: Any = diffrax.ConstantStepSize()
-        else:
-            controller = diffrax.PIDController(rtol=numbers[0], atol=numbers[1])
-        if jumps.size:
-            if fixed:  # only an adaptive controller can be made to land on the jumps
-                controller = diffrax.PIDController(rtol=0.0, atol=1e300, dtmax=numbers[2])
-            inside = (jumps > samples[0]) & (jumps < samples[-1])
-            controller = diffrax.ClipStepSizeController(
-                controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
-            )
-        options = {} if adjoint is None else dict(adjoint=adjoint)
-        solution = diffrax.diffeqsolve(
-            terms,
-            solver,
-            samples[0],
-            samples[-1],
-            numbers[2] if fixed else None,
-            y0,
-            system,
-            saveat=diffrax.SaveAt(ts=samples),
-            stepsize_controller=controller,
-            max_steps=2**22,
-            throw=False,
-            **options,
+        relative, absolute = tolerances(system, numbers[0], numbers[1])
+        length = numbers[2] if fixed else None
+        y, steps = adaptive_samples(
+            solver, terms, samples, jumps, y0, system, relative, absolute, length, adjoint,
+            meter(count, every),
         )
-        y = jnp.where(jnp.isfinite(solution.ys), solution.ys, jnp.nan)  # pyright: ignore
-        steps = solution.stats["num_steps"]
     return y, steps, checks
 
 

@@ -1,0 +1,85 @@
+"""Any solver of diffrax, its step adapted, through given samples and known jumps."""
+
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..machine.machine import Machine
+from ..machine.system import System
+from ..protocol import NonSmooth
+
+# Rates may err by this much more than what they are rates of (1/s): machines turn at some 1e3 rad/s.
+_RATE = 1e3
+_MOST_STEPS = 2**22
+
+
+def is_smooth(machine: Machine) -> bool:
+    """Whether no part of it, nor a law inside one, kinks, sticks or stiffens with its state."""
+    parts = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, NonSmooth))
+    return not any(isinstance(part, NonSmooth) for part in parts)
+
+
+def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:
+    """Relative and absolute tolerance of each entry of the state; `extra` more entries follow it.
+
+    `atol` is that of a displacement (m, rad). The angle of a line that no drive leads grows for ever, so
+    a share of it means nothing: `rtol` counts in rad there.
+    """
+    free = np.array(system.layout.free, int)
+    n, states = free.size, system.n_states() + extra
+    led = system.ground or any(m >= 0 for g in system.layout.stations for row in g.motions for m in row)
+    angle = np.zeros(n) if led else (free // system.layout.n_mass == 5).astype(float)
+    relative = jnp.concatenate([rtol * (1 - angle), jnp.full(n + states, rtol)])
+    absolute = [atol + rtol * angle, jnp.full(n, _RATE * atol), jnp.full(states, atol)]
+    return relative, jnp.concatenate(absolute)
+
+
+def adaptive_samples(
+    solver: diffrax.AbstractSolver,
+    terms: diffrax.AbstractTerm,
+    samples: Float[Array, " nt"],
+    jumps: Float[Array, " j"],
+    y0: Float[Array, " d"],
+    args: Any,
+    rtol: Any,
+    atol: Any,
+    step: Any = None,
+    adjoint: diffrax.AbstractAdjoint | None = None,
+    meter: diffrax.AbstractProgressMeter | None = None,
+) -> tuple[Float[Array, "nt d"], Array]:
+    """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
+    fixed length (s) in place of the tolerances."""
+    if step is None:
+        controller: Any = diffrax.PIDController(rtol=rtol, atol=atol)
+    else:
+        controller = diffrax.ConstantStepSize()
+    if jumps.size:
+        if step is not None:  # only an adaptive controller can be made to land on the jumps
+            controller = diffrax.PIDController(rtol=0.0, atol=1e300, dtmax=step)
+        inside = (jumps > samples[0]) & (jumps < samples[-1])
+        controller = diffrax.ClipStepSizeController(
+            controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
+        )
+    options: dict[str, Any] = {} if adjoint is None else dict(adjoint=adjoint)
+    if meter is not None:
+        options["progress_meter"] = meter
+    solution = diffrax.diffeqsolve(
+        terms,
+        solver,
+        samples[0],
+        samples[-1],
+        step,
+        y0,
+        args,
+        saveat=diffrax.SaveAt(ts=samples),
+        stepsize_controller=controller,
+        max_steps=_MOST_STEPS,
+        throw=False,
+        **options,
+    )
+    states = solution.ys
+    return jnp.where(jnp.isfinite(states), states, jnp.nan), solution.stats["num_steps"]  # pyright: ignore
