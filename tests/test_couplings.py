@@ -329,9 +329,9 @@ def test_clutches_engage_hold_and_slip():
         0.5,
         100.0,
         jr.State(np.zeros((5, 6)), v),
-        solver=diffrax.Kvaerno5(),
-        rtol=1e-7,
-        atol=1e-9,
+        solver=diffrax.Dopri8(),
+        rtol=1e-10,
+        atol=1e-12,
     )
     t = np.asarray(response.t)
     speed = {n: np.asarray(response[n].velocity)[:, 5] for n in ("one", "two", "pulled")}
@@ -432,20 +432,16 @@ def test_derivatives_of_a_machine_one_by_one_and_in_a_batch():
 
 
 def test_derivatives_of_a_run():
-    """Through fifty steps of Runge and Kutta, by stiffness, gap and both misalignments."""
+    """Through a hundred steps of Euler's, by stiffness, gap and both misalignments."""
     y0 = jnp.zeros(26).at[20:22].set(jnp.array([30.0, 33.0]))
 
     def last(p):
         system = assemble(numbered(jnp.asarray(NUMBERS).at[jnp.array([0, 6, 7, 8])].set(p)))
 
         def step(y, _):
-            h, slope = 2e-4, lambda y: vector_field(0.0, y, system)
-            a = slope(y)
-            b = slope(y + h / 2 * a)
-            c = slope(y + h / 2 * b)
-            return y + h / 6 * (a + 2 * b + 2 * c + slope(y + h * c)), None
+            return y + 1e-4 * vector_field(0.0, y, system), None
 
-        return jax.lax.scan(step, y0, None, length=50)[0] * 1e3
+        return jax.lax.scan(step, y0, None, length=100)[0] * 1e3
 
     assert_derivatives_agree(last, [NUMBERS[i] for i in (0, 6, 7, 8)], step=1e-3)
 
@@ -473,7 +469,7 @@ class Membrane(jr.AbstractCoupling):
 def test_a_users_own_coupling():
     rotor = jr.Rotor(1.0, 0.01, 0.01)
     machine = jr.Machine.in_line(
-        {"a": rotor, "joint": Membrane(1e5, 0.05, misalignment=ASIDE), "b": rotor}
+        {"a": rotor, "joint": Membrane(1e5, 0.05), "b": rotor}, fixed={"a": ("z",), "b": ("z",)}
     )
     v = np.zeros((2, 6))
     v[1, 5] = 20.0

@@ -169,6 +169,20 @@ def test_spline_is_scipys_natural_cubic():
     np.testing.assert_array_equal(spline.jumps(), TIMES[[0, -1]])
 
 
+def test_the_torque_that_turns_a_rotor_along_a_spline():
+    """The reaction is J times scipy's derivative of speed; the run crosses both ends."""
+    spline = jr.SpeedSpline(TIMES, VALUES)
+    rotor = {"r": jr.Rotor(1.0, J, 0.012)}
+    machine = jr.Machine.in_line(rotor, prescribed={"r": {"phi": spline}})
+    run = jr.simulate(machine, 0.3, 500.0, "undeformed", step=2e-3)
+    t = np.asarray(run.t)
+    inside = (t > TIMES[0]) & (t < TIMES[-1])
+    expected = J * CubicSpline(TIMES, VALUES, bc_type="natural")(t, 1) * inside
+    away = np.min(np.abs(t[:, None] - TIMES[[0, -1]]), axis=1) > 1e-9  # at the ends it jumps
+    np.testing.assert_allclose(run["r"].reaction[away, 5], expected[away], rtol=0, atol=1e-10)
+    assert np.max(np.abs(expected)) > 1
+
+
 def record(noise):
     t = np.linspace(0, 3, 901)
     true = 100 * np.tanh(t) + 5 * np.sin(4 * t)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..drive.schedule import AbstractSchedule, as_schedule
-from ..parameter import parameter
+from ..parameter import as_float64, parameter
 from ..protocol import (
     AbstractAttachment,
     Energetic,
@@ -47,8 +47,12 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
     stator_inductance: Float[Array, ""] = parameter("H", positive=True)
     rotor_inductance: Float[Array, ""] = parameter("H", positive=True)
     magnetizing_inductance: Float[Array, ""] = parameter("H", positive=True)
-    voltage: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "V"})
-    frequency: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "Hz"})
+    voltage: AbstractSchedule = eqx.field(  # pyright: ignore
+        converter=as_schedule, metadata={"drives": "V"}
+    )
+    frequency: AbstractSchedule = eqx.field(  # pyright: ignore
+        converter=as_schedule, metadata={"drives": "Hz"}
+    )
     pole_pairs: int = eqx.field(static=True, default=1)
 
     signals: ClassVar[dict[str, str]] = {"current": "A", "torque": "N*m"}
@@ -158,4 +162,5 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
             starting_current_ratio,
         )
         peak = line_voltage * (2 / 3) ** 0.5
-        return cls(*circuit, voltage=peak, frequency=frequency, pole_pairs=pole_pairs)
+        numbers = map(as_float64, circuit)
+        return cls(*numbers, voltage=peak, frequency=frequency, pole_pairs=pole_pairs)

@@ -66,7 +66,9 @@ class DCMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Signallin
     resistance: Float[Array, ""] = parameter("ohm", positive=True)
     inductance: Float[Array, ""] = parameter("H", positive=True)
     constant: Float[Array, ""] = parameter("V*s/rad")
-    voltage: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "V"})
+    voltage: AbstractSchedule = eqx.field(  # pyright: ignore
+        converter=as_schedule, metadata={"drives": "V"}
+    )
 
     signals: ClassVar[dict[str, str]] = {"current": "A"}
 

@@ -9,8 +9,9 @@ from ..errors import InputError
 
 _PLACE = "InductionMotor.from_nameplate"
 _WORTH_TELLING = 0.03
-# Starting values depend on the skin effect, which the circuit lacks: they count for less.
-_WEIGHTS = {"starting torque": 0.2, "starting current": 0.2}
+# Starting values depend on the skin effect, which the circuit lacks: they are not to be bought with
+# wrong running ones.
+_WEIGHTS = {"starting torque": 0.05, "starting current": 0.05}
 
 
 def equivalent_circuit(
@@ -49,6 +50,7 @@ def equivalent_circuit(
         "torque": torque,
         "current": current,
         "power factor": power_factor,
+        "efficiency": efficiency,
         "breakdown torque": breakdown_torque_ratio * torque,
     }
     if starting_torque_ratio is not None:
@@ -79,6 +81,7 @@ def equivalent_circuit(
             "torque": rated_torque,
             "current": abs(rated),
             "power factor": rated.real / abs(rated),
+            "efficiency": rated_torque * speed / (3 * volts * rated.real),
             "breakdown torque": at(breakdown_slip)[1],
             "starting torque": start_torque,
             "starting current": abs(start),
@@ -88,8 +91,13 @@ def equivalent_circuit(
         have = found(x)
         return [_WEIGHTS.get(k, 1.0) * math.log(have[k] / v) for k, v in wanted.items()]
 
-    starts = ((rs, slip, leak, xm) for rs in (0.01, 0.05) for leak in (0.07, 0.15) for xm in (2, 4))
-    bounds = ([-12.0, -12.0, -9.0, -3.0], [2.0, 2.0, 2.0, 6.0])
+    starts = (
+        (rs, max(slip, 2e-5), leak, xm)
+        for rs in (0.01, 0.05)
+        for leak in (0.07, 0.15)
+        for xm in (2, 4)
+    )
+    bounds = np.log([1e-5, 1e-5, 0.01, 0.3]), np.log([1.0, 1.0, 1.0, 100.0])
     runs = []
     for first in starts:
         runs.append(

@@ -24,7 +24,8 @@ class RigidElementShaft(Composite, Carrying):
     and EI/L about a spring in the middle is the beam's own matrix), so statics is exact; masses are
     rigid rods with six exact degrees of freedom each, the end ones added to the adjoining stations.
     Converges with the square of the piece's length. Arguments as for `FiniteElementShaft`; tapered
-    sections become steps. Inner stations are `"shaft.1"`, `"shaft.2"`, ...
+    sections become steps; without `rotary_inertia` the sections' own is left out of the bodies (what is
+    left is that of their length, which vanishes with it). Inner stations are `"shaft.1"`, `"shaft.2"`, ...
 
     Source: Kruszewski et al., Metoda sztywnych elementów skończonych (1975); Wittbrodt, Adamiec-Wójcik,
     Wojciech, Dynamics of Flexible Multibody Systems: Rigid Finite Element Method (2006), ch. 2.
@@ -50,6 +51,7 @@ class RigidElementShaft(Composite, Carrying):
     )
     elements: int = eqx.field(static=True, default=8)
     shear: bool = eqx.field(static=True, default=True)
+    rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
 
@@ -80,7 +82,7 @@ class RigidElementShaft(Composite, Carrying):
         half = segments.length / 2
         m = segments.density * area * half
         polar = 2 * segments.density * moment * half
-        across = polar / 2 + m * half**2 / 12
+        across = (polar / 2 if self.rotary_inertia else 0.0) + m * half**2 / 12
         ends = [
             AddedInertia(m[k], polar[k], across[k], sign * half[k] / 2)
             for k, sign in ((slice(0, 1), 1.0), (slice(-1, None), -1.0))

@@ -1,6 +1,6 @@
 """The shaft section of the paper: elastic and damping, without inertia of its own."""
 
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp

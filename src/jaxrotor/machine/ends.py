@@ -41,11 +41,6 @@ def check_carried(lineup: Lineup) -> None:
                         f"`{name}`: has no mass of its own and no shaft with mass adjoins it: put "
                         "a FiniteElementShaft or RigidElementShaft beside it, or make it a Rotor"
                     )
-                if 5 in held and 3 not in held:
-                    raise InputError(
-                        f"`{name}`: phi of a station without mass of its own can be held only "
-                        "together with psi: hold psi too, or use a PrescribedSpin"
-                    )
         member += len(block)
 
 

@@ -21,12 +21,14 @@ class CoupledMass(eqx.Module):
     """The constant parts. Nodes are all nodes, driven ends last; flat positions are `c n + node`.
 
     `carried`: free coordinates of carried stations. `given`: their held ones, and driven ends.
+    `bound`: carried nodes whose phi is held but psi is free, so that the spin follows from psi.
     `nodes`: touched nodes of stations with inertia of their own, `node_owners` their stations;
     `owners`: each of those stations once.
     """
 
     carried: tuple[int, ...] = eqx.field(static=True)
     given: tuple[int, ...] = eqx.field(static=True)
+    bound: tuple[int, ...] = eqx.field(static=True)
     nodes: tuple[int, ...] = eqx.field(static=True)
     node_owners: tuple[int, ...] = eqx.field(static=True)
     owners: tuple[int, ...] = eqx.field(static=True)
@@ -69,9 +71,11 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
 
     touched = {k for _, nodes in massive for end in nodes for k in end}
     is_carried = {k for g in carried for k in range(g.start, g.stop)}
-    free = [c * n + k for g in carried for k in range(g.start, g.stop) for c in range(6)
-            if c not in g.held]  # fmt: skip
-    given = [c * n + k for g in carried for k in range(g.start, g.stop) for c in g.held]
+    bound = [k for g in carried for k in range(g.start, g.stop) if 5 in g.held and 3 not in g.held]
+    places = [(c * n + k, c in g.held and not (c == 5 and k in bound))
+              for g in carried for k in range(g.start, g.stop) for c in range(6)]  # fmt: skip
+    free = [place for place, held in places if not held]
+    given = [place for place, held in places if held]
     given += [c * n + k for k in range(m, n) for c in range(6)]
     own = tuple(k for k in sorted(touched) if k < m and layout.node_station[k] not in is_carried)
     c, g = np.array(free, int), np.array(given, int)
@@ -84,6 +88,7 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
     return CoupledMass(
         tuple(free),
         tuple(given),
+        tuple(bound),
         own,
         tuple(layout.node_station[k] for k in own),
         tuple(sorted({layout.node_station[k] for k in own})),
@@ -138,35 +143,44 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     force = jnp.stack([force[0], force[1], force[2], force[3] - sin * Q[5], force[4], Q[5]])
     at_rest = hat_acceleration(given).ravel()[np.array(mass.given, int)]
     right = force.ravel()[c] - mass.carried_given @ at_rest
-    at_carried = mass.inverse @ right
-    on_owners = jnp.zeros((6, 0))
-    whole = given
-    if mass.nodes:
-        k = np.array(mass.nodes)
-        owners = np.array(mass.owners)
-        holds = (np.array([mass.owners.index(s) for s in mass.node_owners])[:, None]
-                 == np.arange(len(owners))[None]).astype(float)  # fmt: skip
-        J, drift = maps[0], maps[1]
-        B = jnp.eye(6)[:, :, None] + jnp.zeros((6, 6, len(k))).at[5, 3].set(sin[k])
-        T = jnp.einsum("ijk,jlk,ks->kisl", B, J, holds).reshape(6 * len(k), 6 * len(owners))
-        extra = jnp.concatenate(
-            [drift[:5], (drift[5] + drift[3] * sin[k] + convective[k])[None]]
-        ).T.ravel()
-        # what the shafts pull with before the owners move
-        pull = mass.passed_on @ right + mass.own_given @ at_rest + mass.condensed @ extra
-        turning = jnp.einsum("jlk,jk,ks->sl", J, gyro[:, k], holds).ravel()
-        P = jnp.einsum("ijs,st->sitj", mobility, jnp.eye(len(owners)))
-        P = P.reshape(6 * len(owners), 6 * len(owners))
-        reduced = T.T @ mass.condensed @ T
-        alone = a[:, owners].T.ravel()
-        moved = jnp.linalg.solve(
-            jnp.eye(P.shape[0]) + P @ reduced, alone - P @ (T.T @ pull + turning)
-        )
-        on_owners = -(T.T @ pull + turning + reduced @ moved).reshape(-1, 6).T
-        a = a.at[:, owners].set(moved.reshape(-1, 6).T)
-        at_nodes = T @ moved + extra
-        at_carried = at_carried - at_nodes @ mass.passed_on
-        whole = whole.at[:, k].set(jnp.einsum("ijk,jk->ik", J, a[:, np.array(mass.node_owners)]) + drift)
+    # unknown: accelerations of the owners, and the moments that hold phi where psi is free
+    k, owners, bound = (np.array(x, int) for x in (mass.nodes, mass.owners, mass.bound))
+    J, drift = maps
+    holds = np.array(mass.node_owners, int)[:, None] == owners[None]
+    B = jnp.eye(6)[:, :, None] + jnp.zeros((6, 6, len(k))).at[5, 3].set(sin[k])
+    T = jnp.einsum("ijk,jlk,ks->kisl", B, J, holds).reshape(6 * len(k), 6 * len(owners))
+    extra = jnp.concatenate([drift[:5], (drift[5] + drift[3] * sin[k] + convective[k])[None]])
+    extra = extra.T.ravel()
+    turning = jnp.einsum("jlk,jk,ks->sl", J, gyro[:, k], holds).ravel()
+    pull = mass.passed_on @ right + mass.own_given @ at_rest + mass.condensed @ extra
+    P = jnp.einsum("ijs,st->sitj", mobility, jnp.eye(len(owners)))
+    P = P.reshape(6 * len(owners), 6 * len(owners))
+    reduced = T.T @ mass.condensed @ T
+    at_place = {int(place): i for i, place in enumerate(c)}
+    rows = np.arange(len(bound))
+    D = jnp.zeros((len(bound), len(c)))
+    D = D.at[rows, [at_place[5 * n + b] for b in bound]].set(1.0)
+    D = D.at[rows, [at_place[3 * n + b] for b in bound]].add(-sin[bound])
+    passed = T.T @ mass.passed_on
+    matrix = jnp.block(
+        [[jnp.eye(P.shape[0]) + P @ reduced, P @ passed @ D.T], [-D @ passed.T, D @ mass.inverse @ D.T]]
+    )
+    alone = a[:, owners].T.ravel() - P @ (T.T @ pull + turning)
+    held = given[5, bound] + convective[bound]
+    held = held - D @ (mass.inverse @ right - extra @ mass.passed_on)
+    unknown = jnp.concatenate([alone, held])
+    if unknown.shape[0]:
+        unknown = jnp.linalg.solve(matrix, unknown)
+    moved, moments = unknown[: alone.shape[0]], unknown[alone.shape[0] :]
+    right = right + moments @ D
+    at_nodes = T @ moved + extra
+    at_carried = mass.inverse @ right - at_nodes @ mass.passed_on
+    on_owners = -(T.T @ pull + turning + reduced @ moved + passed @ (moments @ D))
+    on_owners = on_owners.reshape(-1, 6).T
+    a = a.at[:, owners].set(moved.reshape(-1, 6).T)
+    whole = given.at[:, k].set(
+        jnp.einsum("ijk,jk->ik", J, a[:, np.array(mass.node_owners, int)]) + drift
+    )
     spins = jnp.zeros(6 * n).at[c].set(at_carried).reshape(6, n)
     free = np.zeros(6 * n, bool)
     free[c] = True

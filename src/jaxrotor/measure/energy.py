@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..machine.field import Evaluation, evaluate, jacobian, vector_field
-from ..machine.machine import Machine
 from ..machine.lineup import line_up, stack
+from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
 from ..solve.adaptive import adaptive_samples, is_smooth, tolerances

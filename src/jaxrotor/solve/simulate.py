@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Literal
+from typing import Literal
 
 import diffrax
 import equinox as eqx
