@@ -354,8 +354,8 @@ def test_derivative_of_a_run_up_by_the_motors_numbers():
             0.1,
             100.0,
             "undeformed",
-            solver=diffrax.Dopri8(),
-            step=1e-3,
+            solver=diffrax.Dopri5(),
+            step=2e-4,
             adjoint=adjoint,
         )
         return run["r"].velocity[-1, 5]

@@ -170,11 +170,12 @@ def test_spline_is_scipys_natural_cubic():
 
 
 def test_the_torque_that_turns_a_rotor_along_a_spline():
-    """The reaction is J times scipy's derivative of speed; the run crosses both ends."""
+    """The reaction is J times scipy's derivative of speed. (No coordinate is left to be solved for
+    that moves: any solver does.)"""
     spline = jr.SpeedSpline(TIMES, VALUES)
     rotor = {"r": jr.Rotor(1.0, J, 0.012)}
     machine = jr.Machine.in_line(rotor, prescribed={"r": {"phi": spline}})
-    run = jr.simulate(machine, 0.3, 500.0, "undeformed", step=2e-3)
+    run = jr.simulate(machine, 0.3, 500.0, "undeformed", solver=diffrax.Heun(), step=2e-3)
     t = np.asarray(run.t)
     inside = (t > TIMES[0]) & (t < TIMES[-1])
     expected = J * CubicSpline(TIMES, VALUES, bc_type="natural")(t, 1) * inside
@@ -184,7 +185,7 @@ def test_the_torque_that_turns_a_rotor_along_a_spline():
 
 
 def record(noise):
-    t = np.linspace(0, 3, 901)
+    t = np.linspace(0, 3, 601)
     true = 100 * np.tanh(t) + 5 * np.sin(4 * t)
     return t, true, true + noise * np.random.default_rng(3).normal(size=t.size)
 

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import assert_derivatives_agree
+from helpers import assert_derivatives_agree, at_instants
 
 import jaxrotor as jr
 from jaxrotor.machine.field import jacobian
@@ -107,17 +107,20 @@ def timoshenko(n):
     return np.sqrt((-b - np.sqrt(b * b - 4 * a * E * MOMENT * k**4)) / (2 * a))
 
 
-@pytest.mark.parametrize("kind, order", [(jr.FiniteElementShaft, 4), (jr.RigidElementShaft, 2)])
-def test_timoshenko_beam(kind, order):
+@pytest.mark.parametrize("kind", [jr.FiniteElementShaft, jr.RigidElementShaft])
+def test_timoshenko_beam(kind):
+    """Errors go with h² (shear is constant in an element, masses are lumped to pieces) and h⁴: both
+    taken out of three meshes, what is left is below 2e-5, where shear and rotary inertia are 1e-3 and
+    more."""
     exact = np.array([timoshenko(n) for n in (1, 2, 3)])
     errors = [
-        nearest(frequencies(bar(kind, n, fixed=PINNED)), exact) / exact - 1 for n in (8, 16)
+        nearest(frequencies(bar(kind, n, fixed=PINNED)), exact) / exact - 1 for n in (8, 16, 32)
     ]
-    np.testing.assert_allclose(np.log2(np.abs(errors[0] / errors[1])), order, atol=0.15)
-    # shear and rotary inertia matter more than what is left of the error
+    assert np.all(np.abs(errors[0]) > 2.9 * np.abs(errors[1]))
+    left = (errors[0] - 20 * errors[1] + 64 * errors[2]) / 45
+    assert np.all(np.abs(left) < 2e-5)
     bernoulli = 2 * np.pi * np.array([162.77204781533638, 651.0881912613455, 1464.9484303380275])
-    assert np.all(np.abs(exact / bernoulli - 1) > 5 * np.abs(errors[1]) * (order == 4))
-    assert np.all(np.abs(errors[1]) < (1e-4 if order == 4 else 3e-2))
+    assert np.all(np.abs(exact / bernoulli - 1) > 8e-4)
 
 
 # MOD-02: Friswell et al. 2010, Ex. 5.9.1, figures to 1e-8 from the same elements. rad/s.
@@ -217,7 +220,7 @@ def test_sag_and_weight():
     """A pinned bar under its own weight: 5 w L⁴/(384 EI), and supports that carry half each."""
     for kind in (jr.FiniteElementShaft, jr.RigidElementShaft):
         machine = jr.Machine.in_line(
-            {"a": jr.Node(), "s": kind(L, 2 * R, material=BAR, elements=16, shear=False), "b": jr.Node()},
+            {"a": jr.Node(), "s": kind(L, 2 * R, material=BAR, elements=8, shear=False), "b": jr.Node()},
             fixed=PINNED,
             gravity=(0, -9.81, 0),
         )
@@ -225,11 +228,11 @@ def test_sag_and_weight():
         names = machine.wiring.stations
         weight = RHO * AREA * 9.81
         sag = 5 * weight * L**4 / (384 * E * MOMENT)
-        middle = state.position[names.index("s.8")]
-        np.testing.assert_allclose(-middle[1], sag, rtol=1e-9 if kind is jr.FiniteElementShaft else 1e-2)
-        run = jr.simulate(machine, 2e-3, 2000.0)
+        middle = state.position[names.index("s.4")]
+        np.testing.assert_allclose(-middle[1], sag, rtol=1e-9 if kind is jr.FiniteElementShaft else 2e-2)
+        at_rest = at_instants(machine, state.position, 0 * state.velocity)
         for end in ("a", "b"):
-            np.testing.assert_allclose(run[end].reaction[:, 1], weight * L / 2, rtol=1e-8)
+            np.testing.assert_allclose(at_rest[end].reaction[:, 1], weight * L / 2, rtol=1e-8)
 
 
 def spinning(shaft=jr.FiniteElementShaft, ends=(0.05, 0.08), **options):
@@ -339,11 +342,11 @@ def test_two_thin_rotors_rigidly_joined_are_one_long_rotor():
         )
 
     one = line({"r": jr.Rotor(mass, sum(jp), about, ends=(left, h - left))})
-    stiff = jr.Material(2.1e17, 8.1e16, 7850.0)
+    stiff = jr.Material(2.1e15, 8.1e14, 7850.0)
     two = line(
         {
             "r1": jr.Rotor(m[0], jp[0], jt[0]),
-            "tube": jr.Shaft(h, 0.05, material=stiff, rayleigh=(0.0, 1e-9)),
+            "tube": jr.Shaft(h, 0.05, material=stiff, rayleigh=(0.0, 1e-8)),
             "r2": jr.Rotor(m[1], jp[1], jt[1]),
         }
     )

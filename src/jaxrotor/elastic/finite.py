@@ -163,24 +163,28 @@ class FiniteElementShaft(Composite, Carrying):
 
 
 def sections(shaft: Any) -> int:
-    """How many sections a shaft's dimensions give; raises ValueError where they disagree."""
+    """How many sections a shaft's dimensions give."""
     given = (shaft.length, shaft.diameter, shaft.inner_diameter, shaft.end_diameter)
-    return np.broadcast_shapes((1,), *(jnp.shape(x) for x in given if x is not None))[0]
+    return max(1, *(jnp.size(x) for x in given if x is not None))
 
 
 def section_faults(shaft: Any):
     if not isinstance(shaft.elements, int) or shaft.elements < 1:
         yield f"elements must be a whole number, one at least, but is {shaft.elements!r}"
         return
-    try:
-        count = sections(shaft)
-    except ValueError:
-        yield (
-            "length, diameter, inner_diameter and end_diameter must be numbers or equally long lists, "
-            f"but have the shapes {np.shape(shaft.length)}, {np.shape(shaft.diameter)}, "
-            f"{np.shape(shaft.inner_diameter)} and {np.shape(shaft.end_diameter)}"
-        )
-        return
+    count = sections(shaft)
+    given = {
+        name: np.shape(getattr(shaft, name))
+        for name in ("length", "diameter", "inner_diameter", "end_diameter")
+        if getattr(shaft, name) is not None
+    }
+    for name, shape in given.items():
+        if shape not in ((), (count,)):
+            yield (
+                "length, diameter, inner_diameter and end_diameter must be numbers or equally long "
+                f"lists, but {name} has {shape[0]} entries where another has {count}"
+            )
+            return
     end = shaft.diameter if shaft.end_diameter is None else shaft.end_diameter
     outer = np.minimum(np.broadcast_to(shaft.diameter, count), np.broadcast_to(end, count))
     inner = np.broadcast_to(shaft.inner_diameter, count)
