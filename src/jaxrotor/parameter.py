@@ -56,6 +56,7 @@ def parameter(
     optional: bool = False,
     label: str = "",
     units: Sequence[str] = (),
+    times: str = "",
     **kwargs: Any,
 ) -> Any:
     """A field that holds a physical parameter.
@@ -67,6 +68,8 @@ def parameter(
     - `shapes`: allowed shapes; `None` stands for any length.
     - `optional`: whether `None` is allowed (filled in later, or absent).
     - `label`: a few words on its meaning, for messages and documentation.
+    - `times`: of a schedule's parameter, the unit by which it exceeds what the schedule drives: "s" for
+      an impulse.
     - `units`: units of the entries of a short list, where they differ: `("1/s", "s")`.
     """
     metadata = dict(
@@ -77,6 +80,7 @@ def parameter(
         optional=optional,
         label=label,
         units=tuple(units),
+        times=times,
     )
     return eqx.field(converter=as_float64, metadata=metadata, **kwargs)
 

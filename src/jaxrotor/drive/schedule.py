@@ -165,7 +165,7 @@ class Impulse(AbstractSchedule):
 
     time: Scalar = parameter("s")
     duration: Scalar = parameter("s", positive=True)
-    impulse: Scalar = parameter()
+    impulse: Scalar = parameter(times="s")
 
     def value(self, t: Scalar) -> Scalar:
         s = (t - self.time) / self.duration

@@ -41,6 +41,8 @@ class System(eqx.Module):
     """
 
     layout: Layout = eqx.field(static=True)
+    # first and last+1 of the internal states of each group of stations, then of connectors
+    rows: tuple[tuple[int, int], ...] = eqx.field(static=True)
     stations: tuple[Any, ...]
     ground: tuple[AbstractPrescribed, ...]
     motions: tuple[AbstractMotion, ...]
@@ -112,13 +114,11 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
     groups = tuple(stack([stations[b] for b in g.blocks]) for g in layout.stations)
     joined = [(stack([connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors]
     own = [
-        (stacked, (tuple(range(g.start, g.stop)),))
-        for stacked, g in zip(groups, layout.stations)
-        if isinstance(stacked, (Acting, Linear))
+        (stacked, (tuple(range(g.start, g.stop)),)) for stacked, g in zip(groups, layout.stations)
     ]
     turn = turning(layout, joined)
     matrices = _assemble_linear(layout, [*own, *joined], turn)
-    actors, first = [], 0
+    actors, rows, first = [], [], 0
     for element, nodes in [*own, *joined]:
         count = 0
         if isinstance(element, Stateful):
@@ -127,10 +127,12 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
         actor = Actor(element, nodes, (first, first + count))
         if count or (isinstance(element, Acting) and _acts(actor, count)):
             actors.append(actor)
+        rows.append((first, first + count))
         first += count
     ground = tuple(machine.stations[i] for i in layout.ground)
     return System(
         layout,
+        tuple(rows),
         groups,
         ground,  # pyright: ignore
         machine.motions,

@@ -129,10 +129,9 @@ def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tup
     groups += [
         (stack([lineup.connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors
     ]
-    rows = {(type(a.element), a.nodes): a.states for a in system.actors}
     return [
-        (element, nodes, isinstance(element, Energetic), rows.get((type(element), nodes), (0, 0)))
-        for element, nodes in groups
+        (element, nodes, isinstance(element, Energetic), rows)
+        for (element, nodes), rows in zip(groups, system.rows)
         if isinstance(element, (Energetic, Acting, Massive))
     ]
 

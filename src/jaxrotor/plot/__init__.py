@@ -1,5 +1,6 @@
 """Pictures of machines and of runs."""
 
+from .chart import Curve as Curve, chart as chart
 from .forces import bearing_forces as bearing_forces
 from .machine import draw_machine as draw_machine
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration

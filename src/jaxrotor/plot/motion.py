@@ -9,16 +9,22 @@ from .style import COLOURS, GREY, band, figure, label, legend
 
 
 def spin(response: Response, station: str) -> Figure:
-    """Angle and speed of a rotor over the run, and its speed beside the drive's in the passage."""
+    """Angle and speed of a rotor over the run, and its speed beside the drive's in the passage
+    through resonance, where it sways at all."""
     t, part = np.asarray(response.t), response[station]
-    driver = select.drive(response.machine)
-    k = select.passage(response, station)
-    zoom = select.around(response, k, 0.02 * (t[-1] - t[0]) / 2)
-    fig, ((a, b, c),) = figure(1, 3, (13, 4))
+    passes = select.sways(response, station)
+    fig, axes = figure(1, 3 if passes else 2, (13, 4))
+    a, b = axes[0, :2]
     a.plot(t, np.asarray(part.phi) / (2 * np.pi), color=COLOURS[0])
     label(a, "time, s", "angle phi, turns", f"Angle of `{station}`")
     speed = np.asarray(part.speed)
     b.plot(t, speed, color=COLOURS[0])
+    if not passes:
+        label(b, "time, s", "speed, rad/s", "Speed")
+        return fig
+    c, driver = axes[0, 2], select.drive(response.machine)
+    k = select.passage(response, station)
+    zoom = select.around(response, k, 0.02 * (t[-1] - t[0]) / 2)
     b.axvspan(t[zoom][0], t[zoom][-1], color=GREY, alpha=0.25, linewidth=0)
     label(b, "time, s", "speed, rad/s", "Speed (grey: the zoom)")
     if driver is not None and driver != station:

@@ -24,13 +24,18 @@ def drive(machine: Machine) -> str | None:
     return None
 
 
-def with_signal(machine: Machine, signal: str) -> list[str]:
-    """Names of the elements that offer a signal."""
+def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]:
+    """Names of the elements that offer a signal; of those of one kind."""
     return [
         name
         for name, element in machine.elements().items()
-        if signal in getattr(element, "signals", {})
+        if isinstance(element, kind) and signal in getattr(element, "signals", {})
     ]
+
+
+def sways(response: Response, name: str) -> bool:
+    """Whether a station moves across the axis at all."""
+    return bool(np.any(np.asarray(response[name].position[:, :2])))
 
 
 def passage(response: Response, name: str) -> int:

@@ -13,41 +13,86 @@ from ..files import written_whole
 from ..machine.machine import Machine
 from ..plot import select
 from ..plot.style import close
+from ..protocol import AbstractConnector
 from ..solve.export import versions
 from ..solve.response import Response
+from ..study.quantities import read_quantity, split
 
 # Below this a third of the run is too short for a spectrum.
 _SPECTRUM_SAMPLES = 128
 
 
-def figures(response: Response) -> dict[str, Callable[[], Figure]]:
-    """name -> what draws it, for all that this machine has something to show of."""
+def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Figure]]:
+    """name -> what draws it, for all that this machine has something to show of, and for what the
+    study asks for. Its `report` says which station comes first, and which figures are wanted."""
     machine = response.machine
-    rotors = select.rotors(machine)[:3]
+    report = getattr(study, "report", None)
+    rotors = select.rotors(machine)
+    if report is not None and report.main is not None:
+        rotors = [report.main, *(n for n in rotors if n != report.main)]
+    rotors = rotors[:3]
     drive = select.drive(machine)
     bearings = select.with_signal(machine, "bearing_force")
-    shafts = select.with_signal(machine, "torque")
-    plans: list[tuple[str, Callable[[], Figure]]] = [
-        ("machine", lambda: plot.draw_machine(machine)),
-        (f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
-        ("trajectories_geometric_centres", lambda: plot.trajectories(response, rotors)),
-        ("trajectories_mass_centres", lambda: plot.trajectories(response, rotors, "mass")),
-        ("distances_over_speed", lambda: plot.distances(response, rotors)),
+    shafts = select.with_signal(machine, "torque", AbstractConnector)
+    plans: list[tuple[str, str, Callable[[], Figure]]] = [
+        ("machine", "machine", lambda: plot.draw_machine(machine)),
+        ("spin", f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
     ]
-    for name in rotors:
-        plans.append((f"vibration_{name}", lambda name=name: plot.vibration(response, name)))
-        plans.append((f"inclinations_{name}", lambda name=name: plot.inclinations(response, name)))
+    # a line that only turns has no paths to draw
+    swaying = [name for name in rotors if select.sways(response, name)]
+    if swaying:
+        plans += [
+            (
+                "trajectories",
+                "trajectories_geometric_centres",
+                lambda: plot.trajectories(response, swaying),
+            ),
+            (
+                "trajectories",
+                "trajectories_mass_centres",
+                lambda: plot.trajectories(response, swaying, "mass"),
+            ),
+            ("distances", "distances_over_speed", lambda: plot.distances(response, swaying)),
+        ]
+    for name in swaying:
+        for kind, draw in (("vibration", plot.vibration), ("inclinations", plot.inclinations)):
+            plans.append(
+                (kind, f"{kind}_{name}", lambda name=name, draw=draw: draw(response, name))
+            )
     if drive is not None:
-        plans.append(("speed_differences", lambda: plot.differences(response, rotors, drive)))
+        plans.append(
+            ("differences", "speed_differences", lambda: plot.differences(response, rotors, drive))
+        )
         if len(response.t) >= _SPECTRUM_SAMPLES:
-            plans.append(("spectrum", lambda: plot.spectrum(response, rotors, drive)))
+            plans.append(("spectrum", "spectrum", lambda: plot.spectrum(response, rotors, drive)))
     if bearings:
-        plans.append(("bearing_forces", lambda: plot.bearing_forces(response, bearings)))
+        plans.append(
+            ("bearing_forces", "bearing_forces", lambda: plot.bearing_forces(response, bearings))
+        )
     if shafts:
-        plans.append(("torques", lambda: plot.torques(response, shafts, drive)))
-    return {
-        f"{i:02d}_{name.replace(' ', '_')}": draw for i, (name, draw) in enumerate(plans, start=1)
+        plans.append(("torques", "torques", lambda: plot.torques(response, shafts, drive)))
+    if report is not None and report.figures is not None:
+        plans = [plan for plan in plans if plan[0] in report.figures]
+    found = {
+        f"{i:02d}_{name.replace(' ', '_')}": draw
+        for i, (_, name, draw) in enumerate(plans, start=1)
     }
+    for wanted in getattr(study, "figures", ()):
+        found[wanted.stem] = lambda wanted=wanted: _chart(response, wanted)
+    return found
+
+
+def _chart(response: Response, wanted: Any) -> Figure:
+    """A figure that a study asks for."""
+
+    def curve(path: str) -> plot.Curve:
+        values, unit = read_quantity(response, path)
+        part, quantity = split(path)
+        name = f"`{part}` {quantity.replace('_', ' ')}" if part else "time"
+        return plot.Curve(name, values, unit)
+
+    curves = [curve(path) for path in wanted.y]
+    return plot.chart(curve(wanted.x), curves, wanted.title, wanted.units)
 
 
 def write_report(
@@ -55,12 +100,12 @@ def write_report(
 ) -> list[Path]:
     """Draws every figure as PNG and writes `summary.json` into `folder`; returns their paths.
 
-    `study` (or `None`) gives title and source; `extra` is added to the summary. Each file is written
-    whole or not at all.
+    `study` (or `None`) gives title, source, and which figures to draw; `extra` is added to the
+    summary. Each file is written whole or not at all.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, draw in figures(response).items():
+    for name, draw in figures(response, study).items():
         fig = draw()
         with written_whole(folder / f"{name}.png") as part:
             fig.savefig(part, dpi=150, format="png")

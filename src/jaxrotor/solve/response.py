@@ -205,24 +205,21 @@ def _part(machine: Machine, system: System, name: str) -> tuple[Any, list[int], 
     element = machine.filled()[name] if name in machine.wiring.order else _inner(machine, name)
     if name in wiring.stations:
         index = layout.internal[wiring.stations.index(name)]
-        if index >= layout.n_mass:
-            index += layout.n_nodes - layout.n_mass
-        nodes, member = [index], None
+        if index >= layout.n_mass:  # a driven end: no states
+            return element, [index + layout.n_nodes - layout.n_mass], np.zeros(0, int)
+        nodes = [index]
+        groups = [range(g.start, g.stop) for g in layout.stations]
+        index_of_group = next(i for i, g in enumerate(groups) if index in g)
+        member, many = groups[index_of_group].index(index), len(groups[index_of_group])
     else:
         which = wiring.connectors.index(name)
-        group = next(g for g in layout.connectors if which in g.members)
-        member = group.members.index(which)
+        at = next(i for i, g in enumerate(layout.connectors) if which in g.members)
+        group = layout.connectors[at]
+        member, many = group.members.index(which), len(group.members)
         nodes = [end[member] for end in group.nodes]
-    for actor in system.actors:
-        first, last = actor.states
-        if last > first and any(
-            tuple(e[k] for e in actor.nodes) == tuple(nodes) for k in range(len(actor.nodes[0]))
-        ):
-            many = len(actor.nodes[0])
-            k = [tuple(e[k] for e in actor.nodes) for k in range(many)].index(tuple(nodes))
-            if isinstance(element, type(actor.element)):
-                return element, nodes, np.arange(first + k, last, many)
-    return element, nodes, np.zeros(0, int)
+        index_of_group = len(layout.stations) + at
+    first, last = system.rows[index_of_group]
+    return element, nodes, np.arange(first + member, last, many)
 
 
 class StationResponse(_Part):

@@ -43,7 +43,9 @@ class Context:
         return replace(self, prefix=f"{self.prefix}{key}.", driven=driven)
 
     def unit(self, field: dataclasses.Field) -> str:
-        unit = field.metadata["unit"] or self.driven
+        unit = field.metadata["unit"] or "*".join(
+            part for part in (self.driven, field.metadata.get("times", "")) if part
+        )
         if self.straight:
             return straight_unit(unit)
         return unit.replace("rad", "m") if self.length else unit

@@ -5,7 +5,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..machine import Machine
-from ..protocol import AbstractAttachment, AbstractElastic, AbstractElement, AbstractStation
+from ..protocol import AbstractAttachment, AbstractConnector, AbstractElement, AbstractStation
 from ..units import read, shown
 from .build import FAILED, Context, build_element
 from .faults import Faults, guess
@@ -38,7 +38,7 @@ class MachineReader:
             self.faults.add(
                 "machine", f"needs either [[machine.line]] or [machine.elements], but {given} given"
             )
-        self._named_list("line", (AbstractStation, AbstractElastic))
+        self._named_list("line", (AbstractStation, AbstractConnector))
         self._elements()
         self._named_list("attachments", (AbstractAttachment,))
         connections = self._connections()

@@ -29,14 +29,14 @@ Speed = Annotated[float, _in("rad/s")]
 Tolerance = Annotated[float, pydantic.BeforeValidator(_pure), _Positive]
 
 
-class _Section(pydantic.BaseModel):
+class Section(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-S = TypeVar("S", bound=_Section)
+S = TypeVar("S", bound=Section)
 
 
-class Simulation(_Section):
+class Simulation(Section):
     """What `jaxrotor.simulate` is asked for; SI. What is None is left to it."""
 
     t_end: Time
@@ -89,21 +89,48 @@ def check_simulation(settings: Simulation, faults: Faults) -> None:
             )
 
 
-class Report(_Section):
-    """What the figures show: `main` is the station in the foreground."""
+# The figures that every run is drawn in, where its machine has something to show there.
+Automatic = Literal[
+    "machine",
+    "spin",
+    "trajectories",
+    "distances",
+    "vibration",
+    "inclinations",
+    "differences",
+    "spectrum",
+    "bearing_forces",
+    "torques",
+]
+
+
+class Report(Section):
+    """What the automatic figures show: `main` is the station in the foreground, `figures` those to
+    draw (left out: all)."""
 
     main: str | None = None
-    figures: tuple[str, ...] | None = None
+    figures: tuple[Automatic, ...] | None = None
 
 
 # What to write for a key that is missing.
-_EXAMPLES = {"t_end": '"10 s"', "sample_rate": '"1 kHz"'}
+_EXAMPLES = {
+    "t_end": '"10 s"',
+    "sample_rate": '"1 kHz"',
+    "title": '"..."',
+    "y": '["main.x", ...]',
+    "figures": '["spin", ...]',
+    "units": '["mm", ...]',
+}
 
 
-def read_section(model: type[S], place: str, table: Any, faults: Faults) -> S | None:
-    """The section as a model; every fault becomes one of our sentences."""
+def read_section(
+    model: type[S], place: str, table: Any, faults: Faults, header: str | None = None
+) -> S | None:
+    """The section as a model; every fault becomes one of our sentences. `header` heads its table
+    (left out: the place)."""
     if not isinstance(table, dict):
-        faults.add(place, f"must be a table, but is {shown(table)}: write [{place}]")
+        header = header or place
+        faults.add(place, f"must be a table, but is {shown(table)}: write [{header}]")
         return None
     meant = faults.unknown_keys(place, table, model.model_fields)
     known = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
@@ -118,7 +145,7 @@ def read_section(model: type[S], place: str, table: Any, faults: Faults) -> S | 
         return None
 
 
-def _predicate(model: type[_Section], key: str, fault: Any) -> str:
+def _predicate(model: type[Section], key: str, fault: Any) -> str:
     given = shown(list(v) if isinstance(v := fault["input"], tuple) else v)
     if fault["type"] == "missing":
         return f"is missing: write {key} = {_EXAMPLES.get(key, '...')}"
@@ -126,10 +153,10 @@ def _predicate(model: type[_Section], key: str, fault: Any) -> str:
         return str(fault["ctx"]["error"])
     if fault["type"] == "literal_error":
         annotation = model.model_fields[key].annotation
-        choices = [str(c) for c in _flat(annotation) if c is not None]
+        choices = [str(c) for c in _flat(annotation) if c not in (None, ...)]
         return f"must be one of those known, but is {given}{guess(fault['input'], choices)}"
-    if key == "figures":
-        return f'must be a list of names, but has {given}: write figures = ["speed", ...]'
+    if fault["type"] == "tuple_type" or len(fault["loc"]) > 1:
+        return f"must be a list of texts, but has {given}: write {key} = {_EXAMPLES[key]}"
     return f"must be a text, but is {given}: put it in quotes"
 
 

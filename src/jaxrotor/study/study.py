@@ -11,21 +11,24 @@ from ..protocol import AbstractPrescribed, AbstractStation
 from ..units import shown
 from .document import read_document
 from .faults import Faults, guess
+from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
 from .settings import Report, Simulation, check_simulation, read_section
 
-_SECTIONS = ("title", "source", "machine", "simulation", "report")
+_SECTIONS = ("title", "source", "machine", "simulation", "report", "figures")
 
 
 @dataclass(frozen=True)
 class Study:
-    """What `load` read. `settings` are those of the simulation, in SI; `path` is the file."""
+    """What `load` read. `settings` are those of the simulation, in SI; `figures` are drawn beside
+    those that `report` chooses; `path` is the file."""
 
     machine: Machine
     settings: Simulation
     title: str = ""
     source: str = ""
     report: Report = Report()
+    figures: tuple[Figure, ...] = ()
     path: Path | None = None
 
     @property
@@ -63,15 +66,18 @@ def load(path: str | Path) -> Study:
     else:
         faults.add("simulation", "is missing: write [simulation] with t_end and sample_rate")
     report = read_section(Report, "report", document.get("report", {}), faults)
+    figures = read_figures(document.get("figures", []), faults)
     if settings is not None:
         check_simulation(settings, faults)
         if machine is not None:
             _check_start(machine, settings, faults)
     if machine is not None and report is not None:
         _check_report(report, machine, faults)
+    if machine is not None:
+        check_figures(figures, machine, faults)
     if machine is None or settings is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
-    return Study(machine, settings, report=report, path=path, **texts)
+    return Study(machine, settings, report=report, figures=figures, path=path, **texts)
 
 
 def _text(key: str, value: Any, faults: Faults) -> str:

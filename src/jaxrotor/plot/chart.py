@@ -1,0 +1,99 @@
+"""Quantities over time or over each other: what a study asks for by name."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..units import factor
+from .style import COLOURS, GREY, band, figure, label, legend
+
+# What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).
+_KINDS = {
+    "m": ("displacement", ((1.0, 1.0, "m"), (1e-5, 1e3, "mm"), (1e-8, 1e6, "µm"), (0, 1e9, "nm"))),
+    "rad": ("angle", ((0.1, 1.0, "rad"), (1e-5, 1e3, "mrad"), (0, 1e6, "µrad"))),
+    "rad/s": ("speed", ((0, 1.0, "rad/s"),)),
+    "s": ("time", ((0, 1.0, "s"),)),
+    "N": ("force", ((1e7, 1e-6, "MN"), (1e4, 1e-3, "kN"), (0, 1.0, "N"))),
+    "N*m": ("torque", ((1e7, 1e-6, "MN·m"), (1e4, 1e-3, "kN·m"), (0, 1.0, "N·m"))),
+    "W": ("power", ((1e7, 1e-6, "MW"), (1e4, 1e-3, "kW"), (0, 1.0, "W"))),
+    "A": ("current", ((1e4, 1e-3, "kA"), (0, 1.0, "A"))),
+}
+# Beyond so many turning points across the width a line is a smear.
+_DENSE = 250
+
+
+class Curve(NamedTuple):
+    """`values` in SI, in the unit that is named; `name` for the legend."""
+
+    name: str
+    values: np.ndarray
+    unit: str
+
+
+def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = ()) -> Figure:
+    """Panels above each other, one for each unit, over the same `x`.
+
+    `units` are those to draw in, where they fit. A curve that oscillates too densely for a line is
+    drawn as its thin trace inside its envelope.
+    """
+    panels: dict[str, list[Curve]] = {}
+    for curve in curves:
+        panels.setdefault(curve.unit, []).append(curve)
+    rows = len(panels)
+    fig, axes = figure(rows, 1, (9.0, 1.4 + 2.9 * rows), sharex=True)
+    scale, shown = _scale([x], units)
+    along = scale * x.values
+    over_time = bool(np.all(np.diff(along) > 0))
+    order = slice(None) if over_time else np.argsort(along, kind="stable")
+    for ax, (unit, members) in zip(axes[:, 0], panels.items()):
+        size, words = _scale(members, units)
+        for i, curve in enumerate(members):
+            _draw(ax, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
+        low, high = ax.get_ylim()
+        if low < 0 < high:
+            ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+        what = _KINDS.get(unit, ("", ()))[0]
+        label(ax, "", ", ".join(w for w in (what, words) if w))
+        # beside the panel: nowhere inside is sure to be free
+        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes[0, 0].set_title(title, fontsize=11, loc="left")
+    axes[-1, 0].set_xlabel(f"{x.name}, {shown}")
+    axes[-1, 0].set_xlim(float(along.min()), float(along.max()) or None)
+    return fig
+
+
+def _scale(curves: Sequence[Curve], units: Sequence[str]) -> tuple[float, str]:
+    """By what to multiply SI values, and the unit that they are in then."""
+    unit = curves[0].unit
+    for wanted in units:
+        size = factor(unit, wanted)
+        if size is not None:
+            return size, wanted.replace("*", "·")
+    peak = max(float(np.max(np.abs(c.values), initial=0.0)) for c in curves)
+    for least, size, words in _KINDS.get(unit, ("", ()))[1]:
+        if peak >= least:
+            return size, words
+    return 1.0, unit.replace("*", "·")
+
+
+def turning_points(values: np.ndarray) -> int:
+    """How often the values turn, ripples below a hundredth of their range left out."""
+    step = 0.01 * float(np.ptp(values))
+    if step == 0.0:
+        return 0
+    steps = np.diff(np.round(values / step))
+    steps = steps[steps != 0]
+    return int(np.count_nonzero(np.diff(np.sign(steps))))
+
+
+def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name: str) -> None:
+    turns = turning_points(values)
+    if turns < _DENSE:
+        ax.plot(x, values, color=colour, linewidth=1.1, label=name)
+        return
+    # a window over a period and a half, so that the envelope has no ripple of its own
+    window = max(5, int(3 * len(values) / turns))
+    band(ax, x[order], values[order], colour, name, window)
