@@ -10,11 +10,11 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
-import jax.numpy as jnp
+import jax.numpy as jnp  # noqa: E402
 
-import jaxrotor as jr
-from jaxrotor.machine.field import vector_field
-from jaxrotor.machine.system import assemble
+import jaxrotor as jr  # noqa: E402
+from jaxrotor.machine.field import vector_field  # noqa: E402
+from jaxrotor.machine.system import assemble  # noqa: E402
 
 
 def line(stations: int) -> jr.Machine:
@@ -72,9 +72,9 @@ def main() -> None:
         "stations  states  operations in the field  field, us  compile run, s  prepare, s  "
         "per step, us"
     )
+    rate = 1000.0
     for stations in given.stations:
         machine = line(stations)
-        rate = 1000.0
         plan = jr.Plan(4, 6, 100.0, 200.0, np.nan, np.nan)
 
         def run(samples, machine=machine, plan=plan):
@@ -84,7 +84,9 @@ def main() -> None:
 
         system = eqx.filter_jit(assemble)(machine)
         y = jnp.zeros(2 * len(system.layout.free))
-        count = operations(jax.make_jaxpr(lambda t, y, s: vector_field(t, y, s))(0.0, y, system).jaxpr)
+        count = operations(
+            jax.make_jaxpr(lambda t, y, s: vector_field(t, y, s))(0.0, y, system).jaxpr
+        )
 
         @eqx.filter_jit
         def many(y, system):

@@ -92,9 +92,7 @@ def test_tor_09_rods(kind, sign):
     found = frequencies(bar(kind, n, fixed=CLAMPED))
     for exact in (TORSION, AXIAL):
         law = (np.array([0.5, 1.5]) * np.pi / n) ** 2 / 24
-        np.testing.assert_allclose(
-            nearest(found, exact) / exact - 1, sign * law, rtol=0.05
-        )
+        np.testing.assert_allclose(nearest(found, exact) / exact - 1, sign * law, rtol=0.05)
 
 
 def timoshenko(n):
@@ -220,7 +218,11 @@ def test_sag_and_weight():
     """A pinned bar under its own weight: 5 w L⁴/(384 EI), and supports that carry half each."""
     for kind in (jr.FiniteElementShaft, jr.RigidElementShaft):
         machine = jr.Machine.in_line(
-            {"a": jr.Node(), "s": kind(L, 2 * R, material=BAR, elements=8, shear=False), "b": jr.Node()},
+            {
+                "a": jr.Node(),
+                "s": kind(L, 2 * R, material=BAR, elements=8, shear=False),
+                "b": jr.Node(),
+            },
             fixed=PINNED,
             gravity=(0, -9.81, 0),
         )
@@ -229,7 +231,9 @@ def test_sag_and_weight():
         weight = RHO * AREA * 9.81
         sag = 5 * weight * L**4 / (384 * E * MOMENT)
         middle = state.position[names.index("s.4")]
-        np.testing.assert_allclose(-middle[1], sag, rtol=1e-9 if kind is jr.FiniteElementShaft else 2e-2)
+        np.testing.assert_allclose(
+            -middle[1], sag, rtol=1e-9 if kind is jr.FiniteElementShaft else 2e-2
+        )
         at_rest = at_instants(machine, state.position, 0 * state.velocity)
         for end in ("a", "b"):
             np.testing.assert_allclose(at_rest[end].reaction[:, 1], weight * L / 2, rtol=1e-8)
@@ -414,7 +418,9 @@ def test_bad_shafts(change, sentence):
     given = dict(s=jr.FiniteElementShaft(0.1, 0.02), fixed=None, attachments=None) | change
     with pytest.raises(jr.InputError, match=sentence):
         jr.Machine.in_line(
-            {"a": jr.Node(), "s": given["s"], "b": jr.Node()}, given["attachments"], fixed=given["fixed"]
+            {"a": jr.Node(), "s": given["s"], "b": jr.Node()},
+            given["attachments"],
+            fixed=given["fixed"],
         )
 
 

@@ -81,9 +81,7 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
 
     def _error(self, phi: Array) -> Array:
         k = jnp.arange(1, self.error_amplitudes.shape[0] + 1)
-        return jnp.sum(
-            self.error_amplitudes * jnp.cos(k * self.teeth * phi + self.error_phases)
-        )
+        return jnp.sum(self.error_amplitudes * jnp.cos(k * self.teeth * phi + self.error_phases))
 
     def deflection(self, t, motions: tuple[Motion, ...], state) -> Array:
         """delta, m: positive where the driving flanks press."""

@@ -93,7 +93,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         """12 EI/(kappa G A L²): how much it yields to shear, against bending."""
         area, moment = self._section()
         m = self.material
-        kappa = shear_coefficient(m.youngs_modulus, m.shear_modulus, self.inner_diameter / self.diameter)
+        kappa = shear_coefficient(
+            m.youngs_modulus, m.shear_modulus, self.inner_diameter / self.diameter
+        )
         return 12 * m.youngs_modulus * moment / (kappa * m.shear_modulus * area * self.length**2)
 
     def matrices(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"]]:

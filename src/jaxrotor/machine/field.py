@@ -334,9 +334,7 @@ def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
     else:
         J = jnp.eye(6)[:, :, None] + jnp.zeros(len(k))
         drift = jnp.zeros((6, len(k)))
-    return solve_coupled(
-        mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift)
-    )
+    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift))
 
 
 def _coupled_reaction(t, q, v, Q, coupled: Coupled, reaction, system: System) -> Array:

@@ -191,9 +191,7 @@ def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:
             members = [m for m in group.members if (m, name) in nodes]
             if not members:
                 continue
-            shifted = jax.eval_shape(
-                lambda s, name=name: s.shift(name, jax.numpy.zeros(6)), first
-            )  # noqa: B023
+            shifted = jax.eval_shape(lambda s, name=name: s.shift(name, jax.numpy.zeros(6)), first)  # noqa: B023
             if shifted is not None:
                 found.append(
                     Port(

@@ -51,7 +51,9 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
         return None
     n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
     M = jnp.zeros((6, n, 6, n))
-    parts = [(jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive]
+    parts = [
+        (jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive
+    ]
     for group, stacked in zip(layout.stations, stations):
         if group.carried and isinstance(stacked, Carried):
             own = jax.vmap(
@@ -163,7 +165,10 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     D = D.at[rows, [at_place[3 * n + b] for b in bound]].add(-sin[bound])
     passed = T.T @ mass.passed_on
     matrix = jnp.block(
-        [[jnp.eye(P.shape[0]) + P @ reduced, P @ passed @ D.T], [-D @ passed.T, D @ mass.inverse @ D.T]]
+        [
+            [jnp.eye(P.shape[0]) + P @ reduced, P @ passed @ D.T],
+            [-D @ passed.T, D @ mass.inverse @ D.T],
+        ]
     )
     alone = a[:, owners].T.ravel() - P @ (T.T @ pull + turning)
     held = given[5, bound] + convective[bound]

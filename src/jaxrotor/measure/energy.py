@@ -84,7 +84,9 @@ def energy_audit(
     interval = jnp.asarray(1.0 / sample_rate, float)
     if not is_smooth(machine):
         if step is not None:
-            raise InputError("this machine is not smooth: its step follows from rtol; leave step out")
+            raise InputError(
+                "this machine is not smooth: its step follows from rtol; leave step out"
+            )
         return _audit(machine, initial, speed, None, interval, count, jnp.asarray(rtol, float))
     if step is None:
         step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)

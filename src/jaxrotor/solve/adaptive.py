@@ -31,7 +31,9 @@ def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Ar
     """
     free = np.array(system.layout.free, int)
     n, states = free.size, system.n_states() + extra
-    led = system.ground or any(m >= 0 for g in system.layout.stations for row in g.motions for m in row)
+    led = system.ground or any(
+        m >= 0 for g in system.layout.stations for row in g.motions for m in row
+    )
     angle = np.zeros(n) if led else (free // system.layout.n_mass == 5).astype(float)
     relative = jnp.concatenate([rtol * (1 - angle), jnp.full(n + states, rtol)])
     absolute = [atol + rtol * angle, jnp.full(n, _RATE * atol), jnp.full(states, atol)]

@@ -31,7 +31,9 @@ def versions() -> dict[str, str]:
 
 def to_xarray(response: Response) -> xarray.Dataset:
     names = list(response.machine.wiring.stations)
-    parts = {name: response[name] for name in response.machine.wiring.order}
+    # of composites the inner stations; their many elements can be asked for one by one
+    own = {*names, *response.lineup.wiring.connectors}
+    parts = {name: response[name] for name in response.machine.wiring.order if name in own}
     first = parts[names[0]]
     assert isinstance(first, StationResponse)
     whole = first._evaluation()

@@ -177,7 +177,16 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
         relative, absolute = tolerances(system, numbers[0], numbers[1])
         length = numbers[2] if fixed else None
         y, steps = adaptive_samples(
-            solver, terms, samples, jumps, y0, system, relative, absolute, length, adjoint,
+            solver,
+            terms,
+            samples,
+            jumps,
+            y0,
+            system,
+            relative,
+            absolute,
+            length,
+            adjoint,
             meter(count, every),
         )
     return y, steps, checks
