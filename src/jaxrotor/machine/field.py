@@ -52,10 +52,15 @@ def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> 
     return relative_field(t, y, system, system.reference(t))
 
 
-def relative_field(t, y, system: System, reference: Reference) -> Float[Array, " d"]:
-    """dy/dt where y is measured from the spin `reference` = (angle, speed, acceleration)."""
+def relative_field(
+    t, y, system: System, reference: Reference, applied: Float[Array, "6 m"] | None = None
+) -> Float[Array, " d"]:
+    """dy/dt where y is measured from the spin `reference` = (angle, speed, acceleration).
+
+    `applied`: further generalized forces on the nodes of stations with mass.
+    """
     u, s, z = unpack(t, y, system, reference)
-    ev = _evaluate(t, u, s, z, system, reference, outputs=False)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
     free = system.layout.free
     n = 6 * system.layout.n_mass
     a = _add_spin(ev.a, -reference[2], system).ravel()
@@ -134,7 +139,9 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
-def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluation:
+def _evaluate(
+    t, u, s, z, system: System, reference, outputs: bool, applied: Array | None = None
+) -> Evaluation:
     layout = system.layout
     phi, w, _ = reference
     n, m, g = layout.n_mass, layout.n_nodes, layout.n_ground
@@ -162,6 +169,9 @@ def _evaluate(t, u, s, z, system: System, reference, outputs: bool) -> Evaluatio
     Q = _gather(Q, [e for e in extra if e is not None], count)
     if system.mass is not None:
         Q = Q + system.mass.weight[:, :count]
+
+    if applied is not None:
+        Q = Q.at[:, :m].add(applied)
 
     # what reaches the stations, then each kind's own acceleration
     on_stations = Q[:, :n]

@@ -1,0 +1,198 @@
+"""The machine made linear about a steady state, from its own vector field."""
+
+from functools import cached_property
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float
+
+from ..errors import InputError
+from ..kinematics import COORDINATES
+from ..machine.field import Reference, evaluate, initial_states, n_free, relative_field
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..machine.system import System, assemble
+from ..parameter import require_x64
+from ..solve.newton import newton_root
+from ..solve.state import State, from_flat, to_flat
+from .eigen import eigensystem
+
+_ITERATIONS = 25
+
+
+class LinearModel(eqx.Module):
+    """Small motions about a steady state: `M q'' + (C + G) q' + K q = F`, and with the elements' internal
+    states `x' = A x + B F`, x = (q, q', internal).
+
+    - `M`, `C`, `G`, `K`: (n, n) over the free coordinates, SI. C is the symmetric, G the skew part of
+      what multiplies q': G holds the gyroscopic moments (and a seal's or film's cross damping). K need not
+      be symmetric. Internal states are held still in these four.
+    - `A`: (d, d), `B`: (d, n). `speed`: rad/s. `state`: the steady state, as the user sees it.
+    - `coordinates`: (station, coordinate) of each row.
+
+    A pytree: `jax.vmap` over speeds or parameters and derivatives in both modes work.
+    """
+
+    M: Float[Array, "n n"]
+    C: Float[Array, "n n"]
+    G: Float[Array, "n n"]
+    K: Float[Array, "n n"]
+    A: Float[Array, "d d"]
+    B: Float[Array, "d n"]
+    speed: Float[Array, ""]
+    state: State
+    coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+
+    @cached_property
+    def _system(self) -> tuple[Array, Array, Array]:
+        """Eigenvalues with the right and left eigenvectors, those with Im >= 0 first, sorted."""
+        values, right, left = eigensystem(self.A)
+        order = jnp.argsort(jnp.where(values.imag > 0, values.imag, jnp.inf))
+        return values[order], right[:, order], left[order]
+
+    @property
+    def eigenvalues(self) -> Complex[Array, " d"]:
+        """1/s: those with positive imaginary part by rising frequency, then all others."""
+        return self._system[0]
+
+    def _upper(self) -> Complex[Array, " n"]:
+        return self.eigenvalues[: self.M.shape[0]]
+
+    @property
+    def natural_frequencies(self) -> Float[Array, " n"]:
+        """|lambda| of the oscillating modes, rad/s, rising with their damped frequency; 0 stands for what
+        does not oscillate (a free spin, an overdamped motion), at the end."""
+        found = self._upper()
+        safe = jnp.where(found.imag > 0, found, 1.0)
+        return jnp.where(found.imag > 0, jnp.abs(safe), 0.0)
+
+    @property
+    def damped_frequencies(self) -> Float[Array, " n"]:
+        """Im lambda, rad/s, in the same order."""
+        return jnp.where(self._upper().imag > 0, self._upper().imag, 0.0)
+
+    @property
+    def damping_ratios(self) -> Float[Array, " n"]:
+        """`-Re lambda / |lambda|`, in the same order; negative is unstable."""
+        found = self._upper()
+        safe = jnp.where(found.imag > 0, found, 1.0)
+        return jnp.where(found.imag > 0, -safe.real / jnp.abs(safe), 0.0)
+
+    @property
+    def log_decrements(self) -> Float[Array, " n"]:
+        """`-2 pi Re lambda / Im lambda`, in the same order."""
+        found = self._upper()
+        safe = jnp.where(found.imag > 0, found, 1j)
+        return jnp.where(found.imag > 0, -2 * jnp.pi * safe.real / safe.imag, 0.0)
+
+    @property
+    def mode_shapes(self) -> Complex[Array, "n m"]:
+        """Columns over `coordinates`, in the same order; the largest entry is 1."""
+        n = self.M.shape[0]
+        shapes = self._system[1][:n, :n]
+        largest = jnp.argmax(jnp.abs(shapes), axis=0)
+        return shapes / jnp.take_along_axis(shapes, largest[None], axis=0)
+
+    @property
+    def growth(self) -> Float[Array, ""]:
+        """The largest real part, 1/s: positive is unstable. A free spin gives 0."""
+        return jnp.max(self.eigenvalues.real)
+
+    def row(self, place: str) -> int:
+        """Row of `"main.y"` among the free coordinates; raises `InputError`."""
+        station, _, coordinate = place.rpartition(".")
+        if (station, coordinate) not in self.coordinates:
+            known = sorted({s for s, _ in self.coordinates})
+            if station in known and coordinate in COORDINATES:
+                raise InputError(f"`{place}`: {coordinate} of `{station}` is held, it cannot move")
+            raise InputError(
+                f"`{place}`: no such coordinate: write station.coordinate with one of the stations "
+                f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
+            )
+        return self.coordinates.index((station, coordinate))
+
+
+def linearize(
+    machine: Machine,
+    speed: Float[Array, ""] | float = 0.0,
+    at: Literal["equilibrium", "undeformed"] | State = "equilibrium",
+) -> LinearModel:
+    """Small motions of `machine` turning at `speed` (rad/s), without what turns with the shaft
+    (unbalance, imperfections, transmission errors).
+
+    `at`: `"equilibrium"`, deflected under weight and steady loads with bearings at their working point at
+    this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds then count. Everything
+    comes from the vector field by automatic differentiation, so it holds for any component.
+    """
+    require_x64()
+    if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
+        raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {at!r}')
+    machine.check()
+    return _linearize(machine, jnp.asarray(speed, float), at)
+
+
+@eqx.filter_jit
+def _linearize(machine: Machine, speed, at) -> LinearModel:
+    system = assemble(machine, nominal=True)
+    zero = jnp.zeros(())
+    reference = (system.reference(zero)[0], speed, zero)
+    n = n_free(system)
+    if isinstance(at, State):
+        y = to_flat(at, system, reference)
+    elif at == "equilibrium":
+        y = _working_point(system, reference)
+    else:
+        y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
+    A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
+    free = np.array(system.layout.free, int)
+    nodes = system.layout.n_nodes
+    component, station = np.divmod(free, system.layout.n_mass)
+
+    def pushed(force):
+        applied = jnp.zeros((6, nodes)).at[component, station].set(force)
+        return relative_field(zero, y, system, reference, applied)
+
+    B = jax.jacfwd(pushed)(jnp.zeros(n))
+    M = jnp.linalg.inv(B[n : 2 * n])
+    M = 0.5 * (M + M.T)
+    D = -M @ A[n : 2 * n, n : 2 * n]
+    K = -M @ A[n : 2 * n, :n]
+    names = structure_of(machine).wiring.stations
+    internal = np.argsort(np.array(system.layout.internal))  # internal index -> the user's
+    labels = tuple((names[internal[s]], COORDINATES[c]) for c, s in zip(component, station))
+    # coordinates station by station, as a person lists them
+    order = np.array(sorted(range(n), key=lambda i: (internal[station[i]], component[i])), int)
+    whole = np.concatenate([order, n + order, np.arange(2 * n, A.shape[0])])
+    grid, both = np.ix_(order, order), np.ix_(whole, whole)
+    return LinearModel(
+        M[grid],
+        0.5 * (D + D.T)[grid],
+        0.5 * (D - D.T)[grid],
+        K[grid],
+        A[both],
+        B[np.ix_(whole, order)],
+        speed,
+        from_flat(zero, y, system, reference),
+        tuple(labels[i] for i in order),
+    )
+
+
+def _working_point(system: System, reference: Reference) -> Float[Array, " d"]:
+    """Where the turning, balanced machine stays: no net load, internal states at rest. A free spin is
+    left where it is."""
+    n = n_free(system)
+    z = initial_states(system)
+    free = np.array(system.layout.free, int)
+    zero = jnp.zeros(())
+
+    def missing(x):
+        y = jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
+        ev = evaluate(zero, y, system, reference)
+        return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
+
+    start = jnp.concatenate([jnp.zeros(n), z])
+    x = newton_root(missing, start, _ITERATIONS, 1e-12) if start.size else start
+    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
