@@ -1,0 +1,92 @@
+"""Critical speeds, directly: where a mode's frequency is so many times the speed."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..machine.machine import Machine
+from .eigen import eigensystem
+from .linearise import linearize
+
+_STEPS = 30
+
+
+def critical_speeds(
+    machine: Machine,
+    order: float = 1.0,
+    damped: bool = False,
+    at: Any = "undeformed",
+    count: int | None = None,
+) -> Float[Array, " m"]:
+    """Speeds (rad/s, rising) at which a mode's frequency is `order` times the speed.
+
+    Undamped: `K u = w² (M - i G1/order) u`, with M, K at rest and G1 the gyroscopic matrix per speed: one
+    eigenvalue problem gives all of them, forward and backward whirl and torsion (a machine with speed-
+    dependent parts needs `damped=True`). `damped`: from there Im lambda(speed) = order speed is solved by
+    Newton's method on the full model at each speed; those that damping removes are left out. Derivatives by
+    every parameter are exact in both modes. `count`: only the lowest so many (needed under `jit`).
+
+    Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
+    """
+    if not order > 0:
+        raise InputError(f"order must be positive, but is {order!r}")
+    machine.check()
+    values = _undamped(machine, jnp.asarray(float(order)), at)
+    if count is None:
+        known = np.asarray(jax.lax.stop_gradient(values))
+        values = values[: int(np.sum(np.isfinite(known)))]
+    else:
+        values = values[:count]
+    if damped:
+        values = jax.vmap(lambda w: _refined(machine, w, float(order), at))(values)
+        known = np.asarray(jax.lax.stop_gradient(values))
+        keep = np.flatnonzero(np.isfinite(known))
+        values = values[keep[np.argsort(known[keep])]]
+    return values
+
+
+@eqx.filter_jit
+def _undamped(machine: Machine, order, at) -> Array:
+    rest = linearize(machine, 0.0, at)
+    per_speed = jax.jvp(lambda w: linearize(machine, w, at).G, (jnp.zeros(()),), (jnp.ones(()),))[1]
+    n = rest.M.shape[0]
+    # the complex pencil as a real one of twice the size: i becomes [[0, -1], [1, 0]]
+    G = per_speed / order
+    mass = jnp.block([[rest.M, G], [-G, rest.M]])
+    stiffness = jnp.kron(jnp.eye(2), 0.5 * (rest.K + rest.K.T))
+    values, _, _ = eigensystem(jnp.linalg.solve(mass, stiffness))
+    squares = values.real
+    size = jnp.max(jnp.abs(squares))
+    real = (squares > 1e-12 * size) & (jnp.abs(values.imag) < 1e-6 * jnp.abs(squares))
+    speeds = jnp.where(real, jnp.sqrt(jnp.where(real, squares, 1.0)), jnp.inf) / order
+    # each root of the complex pencil and its conjugate's come in the doubled one
+    return jnp.sort(speeds)[::2][:n]
+
+
+def _refined(machine: Machine, start, order: float, at) -> Array:
+    """The speed near `start` at which a mode of the damped machine has `order` times that frequency."""
+
+    def gap(speed):
+        model = linearize(machine, speed, at)
+        values, _, _ = eigensystem(model.A)
+        target = order * jax.lax.stop_gradient(speed)
+        i = jnp.argmin(jnp.abs(values - 1j * target))
+        return values[i].imag - order * speed
+
+    def step(_, speed):
+        value, slope = jax.jvp(gap, (speed,), (jnp.ones_like(speed),))
+        return speed - value / slope
+
+    still = jax.lax.stop_gradient(start)
+    frozen = jax.tree.map(jax.lax.stop_gradient, machine)
+    del frozen
+    speed = jax.lax.stop_gradient(jax.lax.fori_loop(0, _STEPS, step, still))
+    # one more step, differentiated: the implicit function theorem
+    value, slope = jax.jvp(gap, (speed,), (jnp.ones_like(speed),))
+    out = speed - value / jax.lax.stop_gradient(slope)
+    return jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(speed), out, jnp.nan)
