@@ -64,16 +64,40 @@ from .inertia import (
     SelfAligningBearing as SelfAligningBearing,
     Unbalance as Unbalance,
 )
+from .linear import (
+    Campbell as Campbell,
+    FrequencyResponse as FrequencyResponse,
+    LinearModel as LinearModel,
+    Mode as Mode,
+    campbell as campbell,
+    critical_speeds as critical_speeds,
+    frequency_response as frequency_response,
+    linearize as linearize,
+    modes as modes,
+    split_derivatives as split_derivatives,
+    unbalance_response as unbalance_response,
+)
 from .machine import Machine as Machine
 from .measure.energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .parameter import parameter as parameter
 from .protocol import (
     AbstractAttachment as AbstractAttachment,
+    AbstractConnector as AbstractConnector,
     AbstractElastic as AbstractElastic,
     AbstractInertia as AbstractInertia,
     AbstractPrescribed as AbstractPrescribed,
+    Carried as Carried,
+    Composite as Composite,
+    Ended as Ended,
     Energetic as Energetic,
+    Geared as Geared,
     Linear as Linear,
+    Massive as Massive,
+    Nominal as Nominal,
+    NonSmooth as NonSmooth,
+    Parts as Parts,
+    Ported as Ported,
+    Powered as Powered,
     Signalling as Signalling,
     Stateful as Stateful,
     Timed as Timed,

@@ -1,3 +1,12 @@
 """The same machine, linear: modes, critical speeds, frequency response."""
 
+from .campbell import Campbell as Campbell, campbell as campbell
+from .critical import critical_speeds as critical_speeds
+from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
+from .modes import Mode as Mode, modes as modes
+from .response import (
+    FrequencyResponse as FrequencyResponse,
+    frequency_response as frequency_response,
+    unbalance_response as unbalance_response,
+)

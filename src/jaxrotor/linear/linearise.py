@@ -12,6 +12,7 @@ from jaxtyping import Array, Complex, Float
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free, relative_field
+from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
@@ -103,16 +104,7 @@ class LinearModel(eqx.Module):
 
     def row(self, place: str) -> int:
         """Row of `"main.y"` among the free coordinates; raises `InputError`."""
-        station, _, coordinate = place.rpartition(".")
-        if (station, coordinate) not in self.coordinates:
-            known = sorted({s for s, _ in self.coordinates})
-            if station in known and coordinate in COORDINATES:
-                raise InputError(f"`{place}`: {coordinate} of `{station}` is held, it cannot move")
-            raise InputError(
-                f"`{place}`: no such coordinate: write station.coordinate with one of the stations "
-                f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
-            )
-        return self.coordinates.index((station, coordinate))
+        return row_of(self.coordinates, place)
 
 
 def linearize(
@@ -147,9 +139,8 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
-    free = np.array(system.layout.free, int)
     nodes = system.layout.n_nodes
-    component, station = np.divmod(free, system.layout.n_mass)
+    component, station, order, labels = coordinate_order(machine)
 
     def pushed(force):
         applied = jnp.zeros((6, nodes)).at[component, station].set(force)
@@ -160,11 +151,6 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
     M = 0.5 * (M + M.T)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
-    names = structure_of(machine).wiring.stations
-    internal = np.argsort(np.array(system.layout.internal))  # internal index -> the user's
-    labels = tuple((names[internal[s]], COORDINATES[c]) for c, s in zip(component, station))
-    # coordinates station by station, as a person lists them
-    order = np.array(sorted(range(n), key=lambda i: (internal[station[i]], component[i])), int)
     whole = np.concatenate([order, n + order, np.arange(2 * n, A.shape[0])])
     grid, both = np.ix_(order, order), np.ix_(whole, whole)
     return LinearModel(
@@ -176,8 +162,37 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
         B[np.ix_(whole, order)],
         speed,
         from_flat(zero, y, system, reference),
-        tuple(labels[i] for i in order),
+        labels,
     )
+
+
+def coordinate_order(
+    machine: Machine,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[str, str], ...]]:
+    """Of the free coordinates as the vector field has them: component and internal station of each; the
+    order in which a person lists them, station by station; and their names in that order."""
+    lineup = structure_of(machine)
+    layout = lay_out(lineup)
+    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
+    place = np.argsort(np.array(layout.internal))[station]  # the user's number of each station
+    order = np.lexsort((component, place))
+    names = lineup.wiring.stations
+    labels = tuple((names[place[i]], COORDINATES[component[i]]) for i in order)
+    return component, station, order, labels
+
+
+def row_of(labels: tuple[tuple[str, str], ...], place: str) -> int:
+    """Row of `"main.y"`; raises `InputError`."""
+    station, _, coordinate = place.rpartition(".")
+    if (station, coordinate) not in labels:
+        known = sorted({s for s, _ in labels})
+        if station in known and coordinate in COORDINATES:
+            raise InputError(f"`{place}`: {coordinate} of `{station}` is held, it cannot move")
+        raise InputError(
+            f"`{place}`: no such coordinate: write station.coordinate with one of the stations "
+            f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
+        )
+    return labels.index((station, coordinate))
 
 
 def _working_point(system: System, reference: Reference) -> Float[Array, " d"]:
