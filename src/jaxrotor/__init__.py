@@ -75,6 +75,7 @@ from .linear import (
     linearize as linearize,
     modes as modes,
     split_derivatives as split_derivatives,
+    stability_threshold as stability_threshold,
     unbalance_response as unbalance_response,
 )
 from .machine import Machine as Machine

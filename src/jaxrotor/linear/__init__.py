@@ -1,7 +1,10 @@
 """The same machine, linear: modes, critical speeds, frequency response."""
 
 from .campbell import Campbell as Campbell, campbell as campbell
-from .critical import critical_speeds as critical_speeds
+from .critical import (
+    critical_speeds as critical_speeds,
+    stability_threshold as stability_threshold,
+)
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
 from .modes import Mode as Mode, modes as modes

@@ -91,12 +91,8 @@ def _nearest(found: list[Mode], value: complex) -> Mode:
 
 def _modal(model: LinearModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Oscillating eigenvalues by rising frequency, with right and left eigenvectors."""
-    values, right, left = np.linalg.eig(np.asarray(model.A)), None, None
-    values, right = values
-    left = np.linalg.inv(right)
-    size = max(1.0, np.abs(values).max(initial=0.0)) * 1e-9
-    up = np.flatnonzero(values.imag > size)
-    up = up[np.argsort(values[up].imag)]
+    values, right, left = (np.asarray(x) for x in model._system)
+    up = np.flatnonzero(np.asarray(model.damped_frequencies) > 0)
     return values[up], right[:, up], left[up]
 
 

@@ -83,10 +83,56 @@ def _refined(machine: Machine, start, order: float, at) -> Array:
         return speed - value / slope
 
     still = jax.lax.stop_gradient(start)
-    frozen = jax.tree.map(jax.lax.stop_gradient, machine)
-    del frozen
     speed = jax.lax.stop_gradient(jax.lax.fori_loop(0, _STEPS, step, still))
     # one more step, differentiated: the implicit function theorem
     value, slope = jax.jvp(gap, (speed,), (jnp.ones_like(speed),))
     out = speed - value / jax.lax.stop_gradient(slope)
     return jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(speed), out, jnp.nan)
+
+
+def stability_threshold(
+    machine: Machine, start: float, stop: float, points: int = 61, at: Any = "undeformed"
+) -> Float[Array, ""]:
+    """The lowest speed (rad/s) between `start` and `stop` at which an oscillating mode loses its damping.
+
+    A scan of `points` speeds finds where, Newton's method on Re lambda the speed itself; its derivatives by
+    every parameter are exact. Raises `InputError` where the machine stays stable (or is unstable at `start`).
+    """
+    machine.check()
+    speeds = np.linspace(start, stop, points)
+    still = jax.tree.map(jax.lax.stop_gradient, machine)
+    growth = np.asarray(_least_damped(still, jnp.asarray(speeds), at))
+    unstable = growth > 1e-9 * np.abs(growth).max()
+    if unstable[0] or not unstable.any():
+        where = f"unstable at {start:g} rad/s already" if unstable[0] else "stable throughout"
+        raise InputError(f"no threshold from {start:g} to {stop:g} rad/s: the machine is {where}")
+    k = int(np.argmax(unstable))
+    low, high = speeds[k - 1], speeds[k]
+    s = growth[k - 1] / (growth[k - 1] - growth[k])
+    return _threshold(machine, jnp.asarray(low + s * (high - low)), at)
+
+
+@eqx.filter_jit
+def _least_damped(machine: Machine, speeds: Array, at) -> Array:
+    return jax.lax.map(lambda w: _growth(machine, w, at), speeds)
+
+
+def _growth(machine: Machine, speed, at) -> Array:
+    """Real part of the least damped oscillating mode, 1/s."""
+    values, _, _ = eigensystem(linearize(machine, speed, at).A)
+    oscillating = values.imag > 1e-6 * jnp.max(jnp.abs(values.imag))
+    return jnp.max(jnp.where(oscillating, values.real, -jnp.inf))
+
+
+@eqx.filter_jit
+def _threshold(machine: Machine, start, at) -> Array:
+    def growth(speed):
+        return _growth(machine, speed, at)
+
+    def step(_, speed):
+        value, slope = jax.jvp(growth, (speed,), (jnp.ones_like(speed),))
+        return speed - value / slope
+
+    speed = jax.lax.stop_gradient(jax.lax.fori_loop(0, 12, step, jax.lax.stop_gradient(start)))
+    value, slope = jax.jvp(growth, (speed,), (jnp.ones_like(speed),))
+    return speed - value / jax.lax.stop_gradient(slope)

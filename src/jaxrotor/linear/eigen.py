@@ -6,6 +6,8 @@ from jaxtyping import Array, Complex, Float
 
 # Eigenvalues closer than this part of the larger one count as one (a symmetric machine's two planes).
 _TOGETHER = 1e-7
+# Left and right eigenvectors at right angles but for this part belong to a defective eigenvalue.
+_DEFECTIVE = 1e-7
 
 
 @jax.custom_jvp
@@ -13,7 +15,8 @@ def eigensystem(
     A: Float[Array, "d d"],
 ) -> tuple[Complex[Array, " d"], Complex[Array, "d d"], Complex[Array, "d d"]]:
     """Eigenvalues, right eigenvectors (columns) and left ones (rows): `left @ A @ right` is diagonal
-    and `left @ right` the identity.
+    and `left @ right` the identity, but for defective eigenvalues (a free spin's double zero), which get
+    no left eigenvectors and no derivative.
 
     Derivatives: of a simple eigenvalue `l' A' r`. Where several coincide, as the two planes of an
     isotropic machine do, the single ones have no linear derivative (a change that breaks the symmetry
@@ -22,7 +25,9 @@ def eigensystem(
     Vib. Acoust. 118 (1996) 390.
     """
     values, right = jnp.linalg.eig(A)
-    return values, right, jnp.linalg.inv(right)
+    # not the inverse of `right`: a free spin is a defective double zero, which would spoil all of it
+    left = jnp.linalg.eig(A.T)[1].T
+    return values, right, jnp.linalg.pinv(left @ right, rtol=_DEFECTIVE) @ left
 
 
 @eigensystem.defjvp

@@ -22,6 +22,8 @@ from ..solve.state import State, from_flat, to_flat
 from .eigen import eigensystem
 
 _ITERATIONS = 25
+# Frequencies below this part of the largest eigenvalue are rounding: a free spin's double zero splits so.
+_STILL = 1e-8
 
 
 class LinearModel(eqx.Module):
@@ -51,43 +53,47 @@ class LinearModel(eqx.Module):
     def _system(self) -> tuple[Array, Array, Array]:
         """Eigenvalues with the right and left eigenvectors, those with Im >= 0 first, sorted."""
         values, right, left = eigensystem(self.A)
-        order = jnp.argsort(jnp.where(values.imag > 0, values.imag, jnp.inf))
+        order = jnp.argsort(jnp.where(self._oscillating(values), values.imag, jnp.inf))
         return values[order], right[:, order], left[order]
+
+    def _oscillating(self, values: Array) -> Array:
+        return values.imag > _STILL * jnp.max(jnp.abs(values), initial=0.0)
 
     @property
     def eigenvalues(self) -> Complex[Array, " d"]:
         """1/s: those with positive imaginary part by rising frequency, then all others."""
         return self._system[0]
 
-    def _upper(self) -> Complex[Array, " n"]:
-        return self.eigenvalues[: self.M.shape[0]]
+    def _upper(self) -> tuple[Complex[Array, " n"], Array]:
+        """The first n eigenvalues, and which oscillate; the others are replaced by i, for safety."""
+        found = self.eigenvalues[: self.M.shape[0]]
+        moving = self._oscillating(self.eigenvalues)[: self.M.shape[0]]
+        return jnp.where(moving, found, 1j), moving
 
     @property
     def natural_frequencies(self) -> Float[Array, " n"]:
         """|lambda| of the oscillating modes, rad/s, rising with their damped frequency; 0 stands for what
         does not oscillate (a free spin, an overdamped motion), at the end."""
-        found = self._upper()
-        safe = jnp.where(found.imag > 0, found, 1.0)
-        return jnp.where(found.imag > 0, jnp.abs(safe), 0.0)
+        found, moving = self._upper()
+        return jnp.where(moving, jnp.abs(found), 0.0)
 
     @property
     def damped_frequencies(self) -> Float[Array, " n"]:
         """Im lambda, rad/s, in the same order."""
-        return jnp.where(self._upper().imag > 0, self._upper().imag, 0.0)
+        found, moving = self._upper()
+        return jnp.where(moving, found.imag, 0.0)
 
     @property
     def damping_ratios(self) -> Float[Array, " n"]:
         """`-Re lambda / |lambda|`, in the same order; negative is unstable."""
-        found = self._upper()
-        safe = jnp.where(found.imag > 0, found, 1.0)
-        return jnp.where(found.imag > 0, -safe.real / jnp.abs(safe), 0.0)
+        found, moving = self._upper()
+        return jnp.where(moving, -found.real / jnp.abs(found), 0.0)
 
     @property
     def log_decrements(self) -> Float[Array, " n"]:
         """`-2 pi Re lambda / Im lambda`, in the same order."""
-        found = self._upper()
-        safe = jnp.where(found.imag > 0, found, 1j)
-        return jnp.where(found.imag > 0, -2 * jnp.pi * safe.real / safe.imag, 0.0)
+        found, moving = self._upper()
+        return jnp.where(moving, -2 * jnp.pi * found.real / found.imag, 0.0)
 
     @property
     def mode_shapes(self) -> Complex[Array, "n m"]:

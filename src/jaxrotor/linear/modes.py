@@ -34,12 +34,12 @@ class Mode(NamedTuple):
 
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising frequency, named. Not for use under `jit`."""
-    values = np.asarray(model._upper())
+    values = np.asarray(model.eigenvalues)
     shapes = np.asarray(model.mode_shapes)
     M = np.asarray(model.M)
     sense = 1.0 if float(model.speed) >= 0 else -1.0
     found = []
-    for k in np.flatnonzero(values.imag > 1e-6 * max(1.0, np.abs(values).max(initial=0.0)) * 1e-3):
+    for k in np.flatnonzero(np.asarray(model.damped_frequencies) > 0):
         shares, whirl = describe(model, M, shapes[:, k])
         kind = max(shares, key=lambda s: shares[s])
         value = complex(values[k])

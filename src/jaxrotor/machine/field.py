@@ -118,10 +118,7 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
     n, f = 6 * layout.n_mass, n_free(system)
     u, s, z = y[:f], y[f : 2 * f], y[2 * f :]
     if held:
-        given = [
-            differentiate(system.motions[m].position, t) if m >= 0 else (0.0, 0.0, 0.0)
-            for m in held.values()
-        ]
+        given = [system.held_motion(m, t, reference) for m in held.values()]
         spin: Any = np.array([p // layout.n_mass == 5 for p in held], float)
         if system.turn is not None:
             spin = spin * system.turn[np.array([p % layout.n_mass for p in held])]
@@ -177,14 +174,14 @@ def _evaluate(
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
-    a, reaction, loads = _accelerate(t, q, v, on_stations, system)
+    a, reaction, loads = _accelerate(t, q, v, on_stations, system, reference)
     inertia = None
     if system.mass is not None:
         given = ag if g and N.shape[1] > m else jnp.zeros((6, 0))
-        coupled = _couple(t, q, v, (N, V, Q), on_stations, a, given, system)
+        coupled = _couple(t, q, v, (N, V, Q), on_stations, a, given, system, reference)
         a, inertia = coupled.acceleration, coupled.inertia_force
         if outputs:
-            reaction = _coupled_reaction(t, q, v, on_stations, coupled, reaction, system)
+            reaction = _coupled_reaction(t, q, v, on_stations, coupled, reaction, system, reference)
     rates = _rates(t, N, V, a, q, v, z, system, reference)
     if outputs and g:
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
@@ -271,18 +268,17 @@ def _ground_acts(system: System) -> bool:
     return any(n >= m for a in system.actors for end in a.nodes for n in end)
 
 
-def _given(t, group, system: System) -> Array | None:
+def _given(t, group, system: System, reference: Reference) -> Array | None:
     """Accelerations of the coordinates that a group does not find itself, (held, members)."""
     if not group.held:
         return None
-    given = [
-        [differentiate(system.motions[m].position, t)[2] if m >= 0 else 0.0 * t for m in row]
-        for row in group.motions
-    ]
+    given = [[system.held_motion(m, t, reference)[2] for m in row] for row in group.motions]
     return jnp.stack([jnp.stack(row) for row in given], axis=-1)
 
 
-def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array, Array, Array]:
+def _accelerate(
+    t, q: Array, v: Array, Q: Array, system: System, reference: Reference
+) -> tuple[Array, Array, Array]:
     """Accelerations, reactions and loads of all stations, as if no shaft had mass."""
     parts = []
     for group, element in zip(system.layout.stations, system.stations):
@@ -301,14 +297,14 @@ def _accelerate(t, q: Array, v: Array, Q: Array, system: System) -> tuple[Array,
 
         parts.append(
             jax.vmap(one, in_axes=-1, out_axes=-1)(
-                element, q[:, at], v[:, at], Q[:, at], _given(t, group, system)
+                element, q[:, at], v[:, at], Q[:, at], _given(t, group, system, reference)
             )
         )
     a, reaction, loads = (jnp.concatenate(each, axis=1) for each in zip(*parts))
     return a, reaction, loads
 
 
-def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
+def _couple(t, q, v, nodes, Q, a, given, system: System, reference: Reference) -> Coupled:
     """What shafts with mass make of the accelerations `a`."""
     layout, mass = system.layout, system.mass
     assert mass is not None
@@ -316,7 +312,7 @@ def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
     count = layout.n_nodes + layout.n_ground
     fixed = jnp.zeros((6, count))
     for group in layout.stations:
-        held = _given(t, group, system)
+        held = _given(t, group, system, reference)
         if group.carried and held is not None:
             fixed = fixed.at[np.ix_(group.held, range(group.start, group.stop))].set(held)
     if given.shape[1]:
@@ -328,7 +324,7 @@ def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
     # P: accelerations of the touched stations per unit of each force
     one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
     response = jax.vmap(
-        lambda d: jax.jvp(lambda F: _accelerate(t, q, v, F, system)[0], (Q,), (d,))[1]
+        lambda d: jax.jvp(lambda F: _accelerate(t, q, v, F, system, reference)[0], (Q,), (d,))[1]
     )
     mobility = jnp.swapaxes(response(one), 0, 1)[:, :, np.array(mass.owners, int)]
     k = np.array(mass.nodes, int)
@@ -347,13 +343,15 @@ def _couple(t, q, v, nodes, Q, a, given, system: System) -> Coupled:
     return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift))
 
 
-def _coupled_reaction(t, q, v, Q, coupled: Coupled, reaction, system: System) -> Array:
+def _coupled_reaction(
+    t, q, v, Q, coupled: Coupled, reaction, system: System, reference: Reference
+) -> Array:
     """Constraint forces of held coordinates, the inertia of shafts included."""
     mass, layout = system.mass, system.layout
     assert mass is not None
     if mass.owners:
         on = Q.at[:, np.array(mass.owners)].add(coupled.on_owners)
-        reaction = _accelerate(t, q, v, on, system)[1]
+        reaction = _accelerate(t, q, v, on, system, reference)[1]
     for group in layout.stations:
         if group.carried and group.held:
             at = np.ix_(group.held, range(group.start, group.stop))

@@ -62,13 +62,30 @@ class System(eqx.Module):
         """
         if self.ground:
             return differentiate(lambda s: self.ground[0].motion(s)[5], t)
+        if self.lead is not None:
+            return differentiate(self.motions[self.lead].position, t)
+        zero = jnp.zeros_like(t)
+        return zero, zero, zero
+
+    @property
+    def lead(self) -> int | None:
+        """The given motion of a phi that the spin is measured from, where there is no driven end."""
         for group in self.layout.stations:
             for motions in group.motions:
                 for c, motion in zip(group.held, motions):
-                    if c == 5 and motion >= 0:
-                        return differentiate(self.motions[motion].position, t)
+                    if c == 5 and motion >= 0 and not self.ground:
+                        return motion
+        return None
+
+    def held_motion(self, motion: int, t: Array, reference) -> tuple[Array, Array, Array]:
+        """Coordinate, rate and acceleration of what is held: zero for `motion` -1. What the spin is
+        measured from follows `reference`, whatever that is."""
         zero = jnp.zeros_like(t)
-        return zero, zero, zero
+        if motion < 0:
+            return zero, zero, zero
+        if motion == self.lead:
+            return tuple(x + zero for x in reference)  # pyright: ignore
+        return differentiate(self.motions[motion].position, t)
 
     def given(self, t: Float[Array, ""], reference) -> tuple[Array, Array, Array]:
         """Coordinates, rates and accelerations of the driven ends, each (6, n_ground).

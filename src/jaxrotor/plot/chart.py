@@ -94,6 +94,6 @@ def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name:
     if turns < _DENSE:
         ax.plot(x, values, color=colour, linewidth=1.1, label=name)
         return
-    # a window over a period and a half, so that the envelope has no ripple of its own
-    window = max(5, int(3 * len(values) / turns))
+    # wide enough that the envelope has no ripple of its own, narrow against the figure
+    window = max(5, int(4 * len(values) / turns), len(values) // 80)
     band(ax, x[order], values[order], colour, name, window)

@@ -158,7 +158,7 @@ def summary(response: Response) -> dict[str, Any]:
         stations[name] = found
     drive = select.drive(machine) or machine.wiring.stations[0]
     speed = np.asarray(response[drive].speed)
-    for name in machine.wiring.connectors:
+    for name in response.lineup.wiring.connectors:  # those inside composites too
         part = response[name]
         if "torque" in part.signals():
             connectors[name] = {"torque_Nm": _peak(t, speed, np.asarray(part.torque))}
