@@ -222,7 +222,7 @@ BAD = [
     ('length = "200 mm"\n', "", ['line "shaft"', "length is missing", 'write length = "1 m"']),
     ('mass = "6 kg"\n', "", ['line "disc"', "mass is missing", 'write mass = "1 kg"']),
     ("eccentricity", "excentricity", ['"disc"', "unbalance.excentricity", "`eccentricity`?"]),
-    ('"Rotor"', '"Roter"', ['line "disc"', 'kind "Roter"', "did you mean `Rotor`?", "`Shaft`"]),
+    ('"Rotor"', '"Roter"', ['line "disc"', 'kind "Roter"', "did you mean `Rotor`?"]),
     ('kind = "Rotor"\n', "", ['line "disc"', "kind is missing", 'write kind = "Rotor"']),
     ('"Rotor"', "7", ['line "disc"', "kind", "7", "text"]),
     ('"Rotor"', '"nowhere:Rotor"', ['line "disc"', "nowhere:Rotor", "No module", "check"]),

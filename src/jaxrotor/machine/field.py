@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..drive.motion import differentiate
 from .constraint import held_acceleration
 from .mass import Coupled, solve_coupled
 from .system import Actor, System
