@@ -161,8 +161,8 @@ def test_two_disc_rotor_whirls_as_its_matrices_say():
     np.testing.assert_allclose(rest[:3], [86.65811435, 274.31285391, 716.78631221], rtol=1e-8)
 
     run, W = ran("friswell_two_disc"), 400.0
-    force = np.zeros(14)
-    for node, d, e in ((2, 0.28, 2e-5), (4, 0.35, -2e-5)):
+    force = np.zeros(14, complex)
+    for node, d, e in ((2, 0.28, 2e-5), (4, 0.35, 2e-5j)):
         force[2 * node] = 7810 * np.pi / 4 * (d**2 - 0.05**2) * 0.07 * e * W**2
     amplitude = np.linalg.solve(K + 1j * W * C - W**2 * (M - gyro), force)
     # what the run-up left rings down beside it, with the eight slowest roots of M, C - i W G, K
@@ -199,7 +199,7 @@ def test_two_disc_rotor_whirls_as_its_matrices_say():
         values = (run(f"{name}.x") + 1j * run(f"{name}.y"))[up]
         expected = shapes[2 * node] @ want[:8]
         peak = np.abs(expected).max()
-        assert peak > 2 * abs(amplitude[2 * node])  # it does pass through resonance
+        assert peak > 1.5 * abs(amplitude[2 * node])  # it does pass through resonance
         np.testing.assert_allclose(np.abs(values), np.abs(expected), atol=5e-3 * peak)
 
 

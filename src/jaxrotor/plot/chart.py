@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..units import factor
-from .style import COLOURS, GREY, band, figure, label, legend
+from .style import COLOURS, GREY, envelope, figure, label, legend
 
 # What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).
 _KINDS = {
@@ -79,21 +79,33 @@ def _scale(curves: Sequence[Curve], units: Sequence[str]) -> tuple[float, str]:
     return 1.0, unit.replace("*", "·")
 
 
-def turning_points(values: np.ndarray) -> int:
-    """How often the values turn, ripples below a hundredth of their range left out."""
+def turning_points(values: np.ndarray) -> np.ndarray:
+    """The samples at which the values turn, ripples below a hundredth of their range left out."""
     step = 0.01 * float(np.ptp(values))
     if step == 0.0:
-        return 0
+        return np.zeros(0, int)
     steps = np.diff(np.round(values / step))
-    steps = steps[steps != 0]
-    return int(np.count_nonzero(np.diff(np.sign(steps))))
+    moved = np.flatnonzero(steps)
+    return moved[1:][np.diff(np.sign(steps[moved])) != 0]
 
 
 def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name: str) -> None:
     turns = turning_points(values)
-    if turns < _DENSE:
+    if len(turns) < _DENSE:
         ax.plot(x, values, color=colour, linewidth=1.1, label=name)
         return
+    from scipy.ndimage import uniform_filter1d
+
     # wide enough that the envelope has no ripple of its own, narrow against the figure
-    window = max(5, int(4 * len(values) / turns), len(values) // 80)
-    band(ax, x[order], values[order], colour, name, window)
+    count = len(values)
+    window = max(5, int(4 * count / len(turns)), count // 80)
+    # averaged over the same window it stays outside of the curve, and loses its stairs
+    bounds = (uniform_filter1d(b, window) for b in envelope(values[order], window))
+    ax.fill_between(x[order], *bounds, color=colour, alpha=0.3, linewidth=0)
+    # a full line where the eye can follow it
+    often = np.zeros(count)
+    often[turns] = 1.0
+    dense = uniform_filter1d(often, 2 * window) * count > 0.5 * _DENSE
+    ax.plot(x, values, color=colour, linewidth=0.25, alpha=0.7)
+    ax.plot(x, np.where(dense, np.nan, values), color=colour, linewidth=1.1)
+    ax.plot([], [], color=colour, linewidth=2, label=name)

@@ -87,15 +87,15 @@ def campbell_diagram(
     _legend_of(ax, classes[:, shown])
     if len(shown) < hertz.shape[1]:
         words = f"{hertz.shape[1] - len(shown)} modes above {top:.4g} Hz are not shown"
-        ax.annotate(words, (0.99, 0.985), xycoords="axes fraction", ha="right", va="top", fontsize=8)
+        ax.annotate(
+            words, (0.99, 0.985), xycoords="axes fraction", ha="right", va="top", fontsize=8
+        )
     if damped:
         _damping(axes[1, 0], rpm, campbell, shown, classes, damping)
     return fig
 
 
-def stability_map(
-    campbell: Campbell, measure: Literal["growth", "decrement"] = "growth"
-) -> Figure:
+def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = "growth") -> Figure:
     """The least stable of the oscillating modes over speed: its largest real part (1/s), or the log
     decrement of the least damped one. What is unstable is shaded, its onset marked."""
     rpm, values = RPM * np.asarray(campbell.speeds), np.asarray(campbell.eigenvalues)
@@ -185,7 +185,12 @@ def _legend_of(ax: Axes, classes: np.ndarray) -> None:
         if np.any(classes == name):
             ax.plot([], [], color=colour, linestyle=style, marker=marker, markersize=4, label=name)
     ax.legend(
-        fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.09), ncols=5, frameon=False, borderpad=0
+        fontsize=9,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.09),
+        ncols=5,
+        frameon=False,
+        borderpad=0,
     )
 
 

@@ -10,31 +10,33 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 
 from ..inertia import RigidBody, Rotor, SelfAligningBearing
 from ..machine.machine import Machine
-from ..protocol import AbstractElastic, AbstractPrescribed
+from ..protocol import AbstractConnector, AbstractPrescribed, Composite
 from .style import COLOURS, GREY
 
 _STEEL = "#C9D3DC"
 # Length given to a connection that has none, as part of the mean of those that have.
 _SCHEMATIC = 1.0
+# Words of attachments: rows below each other, their height, and the room for shafts' above (points).
+_ROWS, _ROW, _ABOVE = 4, 12.0, 28.0
 
 
 def positions(machine: Machine) -> dict[str, tuple[float, int]]:
-    """station -> (z in m, lane): along the line from the first station; each branch gets a lane."""
-    joined: dict[str, list[tuple[str, float | None, int]]] = {
-        s: [] for s in machine.wiring.stations
-    }
+    """station -> (z in m, lane): along the line from the first station; each branch gets a lane.
+    Stations inside a composite stand where its pieces meet."""
+    own = machine.wiring.stations[: len(machine.stations)]
+    joined: dict[str, list[tuple[str, float | None, int]]] = {s: [] for s in own}
     lengths = [_length(c) for c in machine.connectors]
     given = [x for x in lengths if x is not None]
     unknown = _SCHEMATIC * float(np.mean(given)) if given else 0.1
     for connector, ends, length in zip(machine.connectors, machine.wiring.ends, lengths):
-        if isinstance(connector, AbstractElastic):
+        if isinstance(connector, AbstractConnector):
             (a, _), (b, _) = ends
             names = machine.wiring.stations[a], machine.wiring.stations[b]
             joined[names[0]].append((names[1], length, 1))
             joined[names[1]].append((names[0], length, -1))
     placed: dict[str, tuple[float, int]] = {}
     lanes = 0
-    for first in machine.wiring.stations:
+    for first in own:
         if first in placed:
             continue
         placed[first] = (0.0, lanes)
@@ -55,13 +57,26 @@ def positions(machine: Machine) -> dict[str, tuple[float, int]]:
                 placed[name] = (z + sense * (unknown if length is None else length), lane_here)
                 queue.append(name)
         lanes += 1
+    for i, (connector, ends) in enumerate(zip(machine.connectors, machine.wiring.ends)):
+        if isinstance(connector, Composite):
+            (a, lane), (b, _) = (placed[own[end]] for end, _ in ends)
+            parts = np.repeat(_sections(connector.length), connector.elements)  # pyright: ignore
+            along = a + (b - a) * np.cumsum(parts) / (np.sum(parts))
+            first = machine.wiring.inner[i]
+            for k in range(connector.inner):
+                placed[machine.wiring.stations[first + k]] = (float(along[k]), lane)
     least = min(z for z, _ in placed.values())
     return {name: (z - least, lane) for name, (z, lane) in placed.items()}
 
 
 def _length(connector) -> float | None:
     length = getattr(connector, "length", None)
-    return None if length is None else float(np.asarray(length))
+    return None if length is None else float(np.sum(_sections(length)))
+
+
+def _sections(value) -> np.ndarray:
+    """A number, or one for each section of a stepped shaft, as a list."""
+    return np.atleast_1d(np.asarray(value, float))
 
 
 def _disc(station: Rotor | RigidBody) -> tuple[float, float]:
@@ -85,11 +100,16 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     length = max(max(z for z, _ in where.values()), 1e-3)
     lanes = max(lane for _, lane in where.values()) + 1
     pitch = 3.6 * tall
+    wide, high = 1.26 * length + 0.6 * tall, (lanes - 1) * pitch + 3.3 * tall
+    rows = min(_ROWS, len(_attached(machine)))
+    words = (_ABOVE + _ROW * rows) / 72 if rows else 0.0  # inches
     if ax is None:
-        wide, high = 1.26 * length + 0.6 * tall, (lanes - 1) * pitch + 3.3 * tall
         width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
-        fig, ax = plt.subplots(figsize=(width, max(2.5, width * high / wide)), layout="constrained")
+        fig, ax = plt.subplots(
+            figsize=(width, max(2.5, width * high / wide + words)), layout="constrained"
+        )
     fig = ax.figure
+    below = words * wide / fig.get_figwidth()  # m
     thin = 0.008 * length
 
     def at(name):
@@ -99,7 +119,7 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     for name, connector, ends in zip(
         machine.wiring.connectors, machine.connectors, machine.wiring.ends
     ):
-        if isinstance(connector, AbstractElastic):
+        if isinstance(connector, AbstractConnector):
             (z0, y0), (z1, y1) = (at(machine.wiring.stations[s]) for s, _ in ends)
             _draw_connection(ax, name, connector, z0, y0, z1, y1, tall)
     for name, station in zip(machine.wiring.stations, machine.stations):
@@ -115,11 +135,11 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
             fontweight="bold",
             annotation_clip=False,
         )
-    _draw_attachments(ax, machine, at, tall, thin)
-    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall, tall)
+    _draw_attachments(ax, machine, at, tall)
+    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
     ax.set_aspect("equal")
     ax.set_xlim(-0.12 * length - tall * 0.3, 1.14 * length + tall * 0.3)
-    ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall, 1.35 * tall)
+    ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
     ax.axis("off")
     return fig  # pyright: ignore[reportReturnType]
 
@@ -131,18 +151,7 @@ def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:
         ax.plot([z0, z1], [y0, y1], color=COLOURS[4], linewidth=2, zorder=1)
         words = name
     else:
-        d, inner = float(np.asarray(d)), float(np.asarray(connector.inner_diameter))
-        z, width = min(z0, z1), abs(z1 - z0)
-        ax.add_patch(
-            Rectangle((z, y0 - d / 2), width, d, facecolor=_STEEL, edgecolor="black", lw=0.8)
-        )
-        if inner:
-            ax.add_patch(
-                Rectangle(
-                    (z, y0 - inner / 2), width, inner, facecolor="white", edgecolor=GREY, lw=0.5
-                )
-            )
-        words = f"{name}\n{1e3 * width:g} mm, Ø{1e3 * d:g}"
+        words = f"{name}\n{1e3 * abs(z1 - z0):.4g} mm, {_draw_shaft(ax, connector, z0, z1, y0)}"
     ax.annotate(
         words,
         ((z0 + z1) / 2, (y0 + y1) / 2 - 1.12 * tall),
@@ -151,6 +160,27 @@ def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:
         fontsize=8,
         color="#404040",
     )
+
+
+def _draw_shaft(ax, shaft, z0, z1, y) -> str:
+    """Draws it section by section, tapers included; returns its diameters in words."""
+    end = getattr(shaft, "end_diameter", None)
+    given = (shaft.length, shaft.diameter, shaft.diameter if end is None else end)
+    lengths, left, right, inner = np.broadcast_arrays(
+        *map(_sections, (*given, shaft.inner_diameter))
+    )
+    at = z0 + (z1 - z0) * np.concatenate([[0], np.cumsum(lengths)]) / np.sum(lengths)
+    for a, b, d0, d1, hole in zip(at, at[1:], left, right, inner):
+        for widths, style in (
+            ((d0, d1), dict(facecolor=_STEEL, edgecolor="black", lw=0.8)),
+            ((hole, hole), dict(facecolor="white", edgecolor=GREY, lw=0.5)),
+        ):
+            if max(widths) > 0:
+                first, last = (w / 2 for w in widths)
+                corners = [(a, y - first), (b, y - last), (b, y + last), (a, y + first)]
+                ax.add_patch(Polygon(corners, closed=True, **style))
+    least, most = 1e3 * min(left.min(), right.min()), 1e3 * max(left.max(), right.max())
+    return f"Ø{most:.4g}" if least == most else f"Ø{least:.4g} to {most:.4g}"
 
 
 def _draw_station(ax, station, z, y, tall, thin) -> float:
@@ -248,25 +278,37 @@ def _ground(ax, z, foot, half) -> None:
         )
 
 
-def _draw_attachments(ax, machine, at, tall, thin) -> None:
-    count: dict[str, int] = {}
-    for name, connector, ends in zip(
-        machine.wiring.connectors, machine.connectors, machine.wiring.ends
-    ):
-        if isinstance(connector, AbstractElastic):
-            continue
-        station = machine.wiring.stations[ends[0][0]]
-        k = count[station] = count.get(station, 0) + 1
+def _attached(machine) -> list[tuple[str, str, str]]:
+    """(name, kind, station) of every attachment."""
+    return [
+        (name, type(connector).__name__, machine.wiring.stations[ends[0][0]])
+        for name, connector, ends in zip(
+            machine.wiring.connectors, machine.connectors, machine.wiring.ends
+        )
+        if not isinstance(connector, AbstractConnector)
+    ]
+
+
+def _draw_attachments(ax, machine, at, tall) -> None:
+    # below the names of the shafts, from left to right in rows, so that none hides another
+    for k, (name, kind, station) in enumerate(sorted(_attached(machine), key=lambda a: at(a[2]))):
         z, y = at(station)
         ax.annotate(
-            f"{name} ({type(connector).__name__})",
-            (z, y - 0.2 * tall),
+            "",
+            (z, y - 0.1 * tall),
+            xytext=(z, y - 1.12 * tall),
+            arrowprops=dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8),
+            zorder=6,
+        )
+        ax.annotate(
+            f"{name} ({kind})",
+            (z, y - 1.12 * tall),
             fontsize=8,
             ha="center",
-            xytext=(0, -62 - 14 * k),
+            va="top",
+            xytext=(0, -_ABOVE - _ROW * (k % _ROWS)),
             textcoords="offset points",
             color=COLOURS[3],
-            arrowprops=dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8),
             annotation_clip=False,
         )
 
