@@ -7,9 +7,11 @@ import pytest
 import jaxrotor as jr
 from jaxrotor import plot
 from jaxrotor.measure.spectrum import power_spectral_density
+from jaxrotor.plot.chart import Curve, chart, turning_points
 from jaxrotor.plot.machine import positions
-from jaxrotor.report import summary, summary_table
+from jaxrotor.report import summary, summary_table, write_report
 from jaxrotor.report.observations import amplitude, falls_to, turn_mean
+from jaxrotor.study.quantities import quantities, read_quantity
 
 
 def branched():
@@ -83,6 +85,125 @@ def test_summary_says_where_the_peaks_are():
     assert found["speed_rad_s"] == pytest.approx(float(run["disc"].speed[np.argmax(r)]))
     assert f"{1e3 * r.max():.4g} mm" in summary_table(run)
     assert summary(run)["connectors"]["shaft"]["torque_Nm"]["peak"] > 0
+
+
+def test_shafts_of_several_parts_are_drawn_and_summed_up():
+    """A stepped, tapered shaft by finite elements: drawn section by section, with the support at a
+    station inside it where that station is."""
+    shaft = jr.FiniteElementShaft([0.2, 0.1], [0.02, 0.03], [0.0, 0.01], [0.02, 0.02], elements=2)
+    machine = jr.Machine.in_line(
+        {"a": jr.Node(), "shaft": shaft, "b": jr.Rotor(1.0, 2e-3, 1e-3)},
+        {"foot": (jr.LinearSupport([1e6, 1e6, 1e6, 1e3, 1e3, 0]), "shaft.3")},
+    )
+    where = positions(machine)
+    want = {"a": 0, "shaft.1": 0.1, "shaft.2": 0.2, "shaft.3": 0.25, "b": 0.3}
+    assert {k: z for k, (z, _) in where.items()} == pytest.approx(want)
+    assert {lane for _, lane in where.values()} == {0}
+    fig = plot.draw_machine(machine)
+    words = " ".join(text.get_text() for text in fig.axes[0].texts)
+    assert "300 mm, Ø20 to 30" in words and "foot (LinearSupport)" in words
+    plt.close(fig)
+    assert "shaft.element 4" in quantities(machine)
+
+
+ASKED = """
+title = "a disc on a shaft"
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "2 kg"
+polar_inertia = "0.018 kg*m^2"
+transverse_inertia = "0.010 kg*m^2"
+unbalance = { eccentricity = "0.1 mm" }
+[[machine.line]]
+name = "shaft"
+kind = "FiniteElementShaft"
+length = "300 mm"
+diameter = "12 mm"
+elements = 2
+rayleigh = ["0 1/s", "0.2 ms"]
+[[machine.line]]
+name = "motor"
+kind = "PrescribedSpin"
+profile = { kind = "CosineRamp", speed = "200 rad/s", duration = "0.1 s" }
+[[machine.attachments]]
+name = "air"
+kind = "FanLoad"
+at = "disc"
+coefficient = "1e-4 N*m*s^2/rad^2"
+[simulation]
+t_end = "0.1 s"
+sample_rate = "1 kHz"
+[report]
+main = "disc"
+figures = ["machine", "vibration"]
+[[figures]]
+title = "Whirl"
+x = "motor.speed"
+y = ["disc.radial", "shaft.1.x", "shaft.element 1.torque", "air.torque"]
+units = ["rpm", "um"]
+"""
+
+
+def test_a_study_draws_what_it_asks_for(tmp_path):
+    (tmp_path / "disc.toml").write_text(ASKED)
+    study = jr.load(tmp_path / "disc.toml")
+    run = study.run(progress=False)
+    names = [p.name for p in write_report(study, run, tmp_path / "out")]
+    assert names == ["01_machine.png", "02_vibration_disc.png", "whirl.png", "summary.json"]
+    # the quantities themselves, from the response's arrays
+    speed = np.asarray(run["disc"].velocity)[:, 5]
+    expected = {
+        "disc.radial": (np.hypot(run["disc"].x, run["disc"].y), "m"),
+        "shaft.1.x": (run["shaft.1"].position[:, 0], "m"),
+        "air.torque": (-1e-4 * speed * np.abs(speed), "N*m"),
+        "motor.reaction_torque": (run["motor"].reaction[:, 5], "N*m"),
+        "t": (np.arange(101) / 1000, "s"),
+    }
+    for path, (values, unit) in expected.items():
+        got = read_quantity(run, path)
+        np.testing.assert_allclose(got[0], values, rtol=1e-12, atol=1e-15)
+        assert got[1] == unit
+    # everything that a study may name can be read
+    for part, known in quantities(study.machine).items():
+        for quantity in known:
+            assert read_quantity(run, f"{part}.{quantity}")[0].shape == run.t.shape
+
+
+def test_a_chart_has_a_panel_for_each_unit():
+    t = np.linspace(0.0, 1.0, 2001)
+    x = Curve("time", t, "s")
+    curves = [
+        Curve("a", 2e-3 * t, "m"),
+        Curve("torque", 2e4 * t, "N*m"),
+        Curve("b", -1e-3 * t, "m"),
+        Curve("speed", 100 * np.pi * t, "rad/s"),
+    ]
+    fig = chart(x, curves, "All", units=["rpm"])
+    labels = [ax.get_ylabel() for ax in fig.axes]
+    assert labels == ["displacement, mm", "torque, kN·m", "speed, rpm"]
+    assert fig.axes[-1].get_xlabel() == "time, s" and fig.axes[0].get_title(loc="left") == "All"
+    ends = {line.get_label(): line.get_ydata()[-1] for ax in fig.axes for line in ax.lines}
+    assert [ends[k] for k in ("a", "b", "torque", "speed")] == pytest.approx([2, -1, 20, 3000])
+    plt.close(fig)
+
+
+def test_a_dense_oscillation_is_drawn_in_its_envelope():
+    t = np.linspace(0.0, 1.0, 8001)
+    wave = t * np.sin(2 * np.pi * 400 * t)
+    # a hundredth of the range is 0.02: what is smaller does not count
+    assert 2 * 380 < len(turning_points(wave)) < 2 * 400
+    assert len(turning_points(np.ones(9))) == 0
+    fig = chart(Curve("time", t, "s"), [Curve("w", wave, "N")], "Dense")
+    (fill,) = fig.axes[0].collections
+    at, outline = fill.get_paths()[0].vertices.T
+    near = np.abs(at - 0.5) < 1e-3
+    assert outline[near].max() == pytest.approx(0.5, rel=0.03)
+    assert outline[near].min() == pytest.approx(-0.5, rel=0.03)
+    plt.close(fig)
+    fig = chart(Curve("time", t, "s"), [Curve("w", np.sin(20 * t), "N")], "Slow")
+    assert not fig.axes[0].collections
+    plt.close(fig)
 
 
 def test_spectrum_keeps_the_variance_and_finds_the_line():

@@ -272,11 +272,91 @@ BAD = [
     ('"1 kHz"', '"1 kHz"\n[report]\nmain = 3', ["report", "main", "3", "quotes"]),
     ("[simulation]", "[simulations]", None),
     ('"a disc on a shaft"', "3", ["title", "text", "3", "quotes"]),
+    # what figures show
+    (
+        "[simulation]",
+        "[report]\nfigures = ['spinn']\n[simulation]",
+        ["report", "figures", "`spin`?"],
+    ),
+    ("[simulation]", "[report]\nfigures = 'spin'\n[simulation]", ["report", "figures", "list"]),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['dics.x']\n[simulation]",
+        ['figures "A"', 'y[0] names no part "dics"', "did you mean `disc`?"],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['disc.x', 'disc.sped']\n[simulation]",
+        ['figures "A"', 'y[1]: "disc" has no quantity "sped"', "did you mean `speed`?"],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['disc.x']\nx = 'time'\n[simulation]",
+        ['figures "A"', 'x must be "part.quantity"', '"time"', 'write "t" for the time'],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['load.speed']\n[simulation]",
+        ['"load" has no quantity "speed"', "known: `torque`, `force`"],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = 'disc.x'\n[simulation]",
+        ['figures "A"', "y must be a list of texts", '"disc.x"', 'write y = ["main.x", ...]'],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = []\n[simulation]",
+        ['figures "A"', "y must name a quantity", "is empty"],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ny = ['disc.x']\n[simulation]",
+        ["figures, entry 1", "title is missing", 'write title = "..."'],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['disc.x']\nunits = ['mmm']\n[simulation]",
+        ['figures "A"', 'unknown unit "mmm"', '"mm"'],
+    ),
+    (
+        "[simulation]",
+        "[[figures]]\ntitle = 'A'\ny = ['disc.x']\nunits = ['rpm']\n[simulation]",
+        ['figures "A"', 'units has "rpm"', "`m`", "remove it"],
+    ),
+    (
+        "[simulation]",
+        2 * "[[figures]]\ntitle = 'A b'\ny = ['disc.x']\n" + "[simulation]",
+        ['figures "A b"', '"a_b.png"', "give it a name"],
+    ),
+    ("[simulation]", "figures = 3\n[simulation]", None),
     # the file itself
     ('"200 mm"', "200 mm", ["line 18", "200 mm", "in quotes"]),
     ('title = "', 'title = ["', ["TOML", "line 4", "Unclosed array"]),
     ("[simulation]", "[machine]", ["TOML", "line 35", "once"]),
 ]
+
+
+def test_figures_are_read(study_file):
+    """Names with spaces and dots: parts inside a shaft made of several."""
+    shaft = 'kind = "Shaft"\nlength = "200 mm"\ndiameter = "12 mm"\nmaterial = "steel"'
+    assert shaft in STUDY
+    text = STUDY.replace(shaft, shaft.replace('"Shaft"', '"FiniteElementShaft"\nelements = 3'))
+    text += """
+[[figures]]
+title = "Whirl: all of it"
+x = "end.speed"
+y = ["disc.radial", "shaft.2.x", "shaft.element 1.torque", "load.torque"]
+units = ["rpm", "um"]
+[[figures]]
+title = "1"
+name = "first figure"
+y = ["end.reaction_torque"]
+"""
+    first, second = jr.load(study_file(text)).figures
+    assert (first.stem, second.stem) == ("whirl_all_of_it", "first_figure")
+    assert first.y == ("disc.radial", "shaft.2.x", "shaft.element 1.torque", "load.torque")
+    assert (first.x, second.x) == ("end.speed", "t")
 
 
 @pytest.mark.parametrize("old, new, parts", BAD)

@@ -1,14 +1,13 @@
 """What the linear machine does: Campbell diagram, mode shapes, Bode and polar plots, stability."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Literal
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..linear import Campbell, FrequencyResponse
+from ..linear import Campbell
 from .style import COLOURS, GREY, figure, label, legend
 
 RPM = 30 / np.pi

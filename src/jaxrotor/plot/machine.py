@@ -97,10 +97,15 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     where = positions(machine)
     discs = [_disc(s) for s in machine.stations if isinstance(s, (Rotor, RigidBody))]
     tall = max([r for r, _ in discs], default=0.02)
-    length = max(max(z for z, _ in where.values()), 1e-3)
+    length = max(max(z for z, _ in where.values()), tall)
     lanes = max(lane for _, lane in where.values()) + 1
     pitch = 3.6 * tall
-    wide, high = 1.26 * length + 0.6 * tall, (lanes - 1) * pitch + 3.3 * tall
+    left, right = -0.12 * length - 0.3 * tall, 1.14 * length + 0.3 * tall
+    for name, station in zip(machine.wiring.stations, machine.stations):
+        if isinstance(station, (Rotor, RigidBody)):
+            reach = _disc(station)[1] / 2 + 0.02 * length
+            left, right = min(left, where[name][0] - reach), max(right, where[name][0] + reach)
+    wide, high = right - left, (lanes - 1) * pitch + 3.3 * tall
     rows = min(_ROWS, len(_attached(machine)))
     words = (_ABOVE + _ROW * rows) / 72 if rows else 0.0  # inches
     if ax is None:
@@ -138,7 +143,7 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     _draw_attachments(ax, machine, at, tall)
     _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
     ax.set_aspect("equal")
-    ax.set_xlim(-0.12 * length - tall * 0.3, 1.14 * length + tall * 0.3)
+    ax.set_xlim(left, right)
     ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
     ax.axis("off")
     return fig  # pyright: ignore[reportReturnType]

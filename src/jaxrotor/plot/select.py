@@ -4,6 +4,7 @@ import numpy as np
 
 from ..inertia import RigidBody, Rotor
 from ..machine.machine import Machine
+from ..machine.wiring import FIXED
 from ..protocol import AbstractInertia, AbstractPrescribed
 from ..solve.response import Response
 
@@ -33,9 +34,11 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
     ]
 
 
-def sways(response: Response, name: str) -> bool:
-    """Whether a station moves across the axis at all."""
-    return bool(np.any(np.asarray(response[name].position[:, :2])))
+def sways(machine: Machine, name: str) -> bool:
+    """Whether a station can move across the axis: not where a study of turning alone fixes it."""
+    index = machine.wiring.stations.index(name)
+    held = {h.coordinate for h in machine.wiring.held if h.station == index and h.motion == FIXED}
+    return not {0, 1} <= held
 
 
 def passage(response: Response, name: str) -> int:

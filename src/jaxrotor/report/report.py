@@ -39,7 +39,7 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
         ("spin", f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
     ]
     # a line that only turns has no paths to draw
-    swaying = [name for name in rotors if select.sways(response, name)]
+    swaying = [name for name in rotors if select.sways(machine, name)]
     if swaying:
         plans += [
             (

@@ -12,8 +12,6 @@ from ..machine.machine import Machine
 from ..machine.system import System
 from ..protocol import NonSmooth
 
-# Rates may err by this much more than what they are rates of (1/s): machines turn at some 1e3 rad/s.
-_RATE = 1e3
 _MOST_STEPS = 2**22
 
 
@@ -26,8 +24,8 @@ def is_smooth(machine: Machine) -> bool:
 def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:
     """Relative and absolute tolerance of each entry of the state; `extra` more entries follow it.
 
-    `atol` is that of a displacement (m, rad). The angle of a line that no drive leads grows for ever, so
-    a share of it means nothing: `rtol` counts in rad there.
+    The angle of a line that no drive leads grows for ever, so a share of it means nothing: `rtol` counts
+    in rad there.
     """
     free = np.array(system.layout.free, int)
     n, states = free.size, system.n_states() + extra
@@ -36,8 +34,7 @@ def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Ar
     )
     angle = np.zeros(n) if led else (free // system.layout.n_mass == 5).astype(float)
     relative = jnp.concatenate([rtol * (1 - angle), jnp.full(n + states, rtol)])
-    absolute = [atol + rtol * angle, jnp.full(n, _RATE * atol), jnp.full(states, atol)]
-    return relative, jnp.concatenate(absolute)
+    return relative, jnp.concatenate([atol + rtol * angle, jnp.full(n + states, atol)])
 
 
 def adaptive_samples(

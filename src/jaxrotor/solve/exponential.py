@@ -35,9 +35,9 @@ class _State(eqx.Module):
 
     A: Float[Array, "d d"]
     lengths: Float[Array, " m"]
-    starting: Float[Array, "m 5 d 5d"]
+    starting: Float[Array, "m 5 d d4m"]
     adams: AdamsWeights | None
-    history: Float[Array, " dk"] | None
+    history: Float[Array, " mk"] | None
     filled: Any
 
 
@@ -47,8 +47,17 @@ def _linear_part(linear_part, terms, t0, y0, args) -> Float[Array, "d d"]:
     return jax.jacfwd(lambda y: terms.vf(t0, y, args))(y0)
 
 
-def _prepare(A, lengths, substeps: int) -> Array:
-    return jax.vmap(lambda length: runge_kutta_weights(A, length / substeps))(lengths)
+def _prepare(A, lengths, substeps: int, exact_rows: int) -> Array:
+    return jax.vmap(lambda length: runge_kutta_weights(A, length / substeps, exact_rows))(lengths)
+
+
+def _remainder(terms, A, args, exact_rows: int) -> Callable:
+    """N in the rows where it is not zero."""
+
+    def N(t, y):
+        return terms.vf(t, y, args)[exact_rows:] - A[exact_rows:] @ y
+
+    return N
 
 
 def _choose(weights: Array, lengths, length) -> tuple[Array, Array]:
@@ -62,13 +71,15 @@ def _choose(weights: Array, lengths, length) -> tuple[Array, Array]:
 def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Vector]:
     """The state after one step of ETD4RK, and N at its start."""
 
-    def stage(values, i):
-        x = weights[i] @ values.ravel()
-        return values.at[i + 1].set(N(t + h * jnp.asarray(STAGES)[i], x)), None
+    m = (weights.shape[2] - y.size) // 4
 
-    first = jnp.zeros((5, y.size)).at[0].set(y)
-    values, _ = jax.lax.scan(stage, first, jnp.arange(4))
-    return weights[4] @ values.ravel(), values[1]
+    def stage(values, i):
+        x = weights[i] @ values
+        value = N(t + h * jnp.asarray(STAGES)[i], x)
+        return jax.lax.dynamic_update_slice(values, value, (y.size + i * m,)), None
+
+    values, _ = jax.lax.scan(stage, jnp.concatenate([y, jnp.zeros(4 * m)]), jnp.arange(4))
+    return weights[4] @ values, values[y.size : y.size + m]
 
 
 def _result(ok) -> diffrax.RESULTS:
@@ -90,6 +101,8 @@ class ETD4RK(diffrax.AbstractSolver):
     - `lengths`: step lengths other than the first one's that will occur, s. The weights hold for the
       lengths they were made for; a step of another length ends with `RESULTS.internal_error`, so use
       `diffrax.ConstantStepSize` (or `jaxrotor.simulate`, which prepares what it needs).
+    - `exact_rows`: in how many leading rows the vector field is A's alone (the rates of coordinates): half
+      of all products are saved.
 
     Order four, but two where stiff forcing (a damper driven by a given motion) changes within a step.
     Source: Krogstad, J. Comput. Phys. 203 (2005) 72.
@@ -98,6 +111,7 @@ class ETD4RK(diffrax.AbstractSolver):
     substeps: int = eqx.field(static=True, default=1)
     linear_part: Float[Array, "d d"] | None = None
     lengths: Float[Array, " m"] | None = None
+    exact_rows: int = eqx.field(static=True, default=0)
 
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
@@ -109,15 +123,16 @@ class ETD4RK(diffrax.AbstractSolver):
         A = _linear_part(self.linear_part, terms, t0, y0, args)
         extra = jnp.zeros(0) if self.lengths is None else self.lengths
         lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
-        return _State(A, lengths, _prepare(A, lengths, self.substeps), None, None, None)
+        return _State(
+            A, lengths, _prepare(A, lengths, self.substeps, self.exact_rows), None, None, None
+        )
 
     def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
         state = solver_state
         weights, fits = _choose(state.starting, state.lengths, t1 - t0)
         h = (t1 - t0) / self.substeps
 
-        def N(t, y):
-            return terms.vf(t, y, args) - state.A @ y
+        N = _remainder(terms, state.A, args, self.exact_rows)
 
         def one(y, i):
             return _runge_kutta(N, weights, t0 + i * h, h, y)[0], None
@@ -139,7 +154,7 @@ class ExponentialAdams(diffrax.AbstractSolver):
     **Arguments:**
 
     - `order`: number of past values, 2 to 7.
-    - `substeps`, `linear_part`, `lengths`: as for `ETD4RK`; a step of another than the regular
+    - `substeps`, `linear_part`, `lengths`, `exact_rows`: as for `ETD4RK`; a step of another than the regular
       length is made by ETD4RK too, and the history starts anew behind it.
 
     Source: Hochbruck & Ostermann, BIT 51 (2011) 889; the paper's own solver, ode113, is the classical
@@ -150,15 +165,23 @@ class ExponentialAdams(diffrax.AbstractSolver):
     substeps: int = eqx.field(static=True, default=1)
     linear_part: Float[Array, "d d"] | None = None
     lengths: Float[Array, " m"] | None = None
+    exact_rows: int = eqx.field(static=True, default=0)
 
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
 
-    def __init__(self, order: int = 6, substeps: int = 1, linear_part=None, lengths=None):
+    def __init__(
+        self,
+        order: int = 6,
+        substeps: int = 1,
+        linear_part=None,
+        lengths=None,
+        exact_rows: int = 0,
+    ):
         if order not in range(2, 8):
             raise ValueError(f"Argument `order` must be 2 to 7, but is {order}")
         self.order_, self.substeps = order, substeps
-        self.linear_part, self.lengths = linear_part, lengths
+        self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
     def order(self, terms):
         return self.order_
@@ -170,22 +193,20 @@ class ExponentialAdams(diffrax.AbstractSolver):
         return _State(
             A,
             lengths,
-            _prepare(A, lengths, self.substeps * START_REFINEMENT),
-            adams_weights(A, lengths[0] / self.substeps, self.order_),
-            jnp.zeros(self.order_ * y0.size),
+            _prepare(A, lengths, self.substeps * START_REFINEMENT, self.exact_rows),
+            adams_weights(A, lengths[0] / self.substeps, self.order_, self.exact_rows),
+            jnp.zeros(self.order_ * (y0.size - self.exact_rows)),
             jnp.zeros((), int),
         )
 
     def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
         state = solver_state
         h = (t1 - t0) / self.substeps
-        d = y0.size
-
-        def N(t, y):
-            return terms.vf(t, y, args) - state.A @ y
+        m = y0.size - self.exact_rows
+        N = _remainder(terms, state.A, args, self.exact_rows)
 
         def push(history, value):
-            return jnp.concatenate([value, history[:-d]])
+            return jnp.concatenate([value, history[:-m]])
 
         filled = jnp.where(made_jump, 0, state.filled)
         regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
@@ -199,7 +220,7 @@ class ExponentialAdams(diffrax.AbstractSolver):
                 t = t0 + i * h
                 history = push(history, N(t, y))
                 predicted = state.adams.predict @ jnp.concatenate([y, history])  # pyright: ignore
-                expected = ahead @ history.reshape(self.order_, d)
+                expected = ahead @ history.reshape(self.order_, m)
                 y = predicted + state.adams.correct @ (N(t + h, predicted) - expected)  # pyright: ignore
                 return (y, history), None
 

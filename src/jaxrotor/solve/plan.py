@@ -125,7 +125,7 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
     A = jacobian(assemble(machine, nominal=True), 0.5 * top)
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
-    solver = ExponentialAdams(order, 1, A)
+    solver = ExponentialAdams(order, 1, A, None, n)
     angle = system.reference(when)[0]
 
     # at a constant speed, loads as they are at that instant: no jump falls into the pilot

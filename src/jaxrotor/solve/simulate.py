@@ -56,8 +56,8 @@ def simulate(
       may be left out. A `State` brings its own.
     - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
       clutch, a limited governor) `diffrax.Kvaerno5`; any solver of diffrax may be given. `ETD4RK` and
-      `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol` (m and rad;
-      of rates 1000 times as much per second).
+      `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol` (SI; of
+      a free spin's angle `rtol` counts in rad).
     - `step`: for the exponential solvers, a `Plan` or a largest step in s. By default `jr.plan`
       chooses; inside `jit` or `vmap` it must be given.
     - `adjoint`: of diffrax, for the other solvers, whose default knows reverse mode alone: give
@@ -218,8 +218,11 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
 def march_samples(solver, A, terms, samples, jumps, y0, system, every=0) -> Float[Array, "nt d"]:
     """The states at the samples by an exponential solver, with everything it needs prepared."""
     at = knots(samples, jumps)
-    solver = eqx.tree_at(
-        lambda s: (s.linear_part, s.lengths), solver, (A, at.lengths), is_leaf=lambda x: x is None
-    )
+    # of our own A the leading rows, rates of the coordinates, are all there is
+    rows = n_free(system) if solver.linear_part is None else 0
+    if isinstance(solver, ETD4RK):
+        solver = ETD4RK(solver.substeps, A, at.lengths, rows)
+    else:
+        solver = ExponentialAdams(solver.order_, solver.substeps, A, at.lengths, rows)
     state = solver.init(terms, samples[0], samples[1], y0, system)
     return march(solver, terms, at.times, at.jumps, y0, system, state, every)[at.samples]

@@ -38,7 +38,7 @@ def steady_whirl(
         return relative_field(t, y, system, (angle + speed * t, speed, jnp.zeros_like(t)))
 
     start = resting(system, (angle, zero, zero))
-    solver, terms = ETD4RK(_STEPS // 16, A), diffrax.ODETerm(field)
+    solver, terms = ETD4RK(_STEPS // 16, A, None, n_free(system)), diffrax.ODETerm(field)
     prepared = solver.init(terms, knots[0], knots[1], start, system)
     jumps = jnp.zeros(knots.shape, bool)
 

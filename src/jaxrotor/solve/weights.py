@@ -14,9 +14,12 @@ Matrix = Float[Array, "d d"]
 STAGES = np.array([0.0, 0.5, 0.5, 1.0])
 
 
-def runge_kutta_weights(A: Matrix, h: Float[Array, ""]) -> Float[Array, "5 d 5d"]:
+def runge_kutta_weights(
+    A: Matrix, h: Float[Array, ""], exact_rows: int = 0
+) -> Float[Array, "5 d d4m"]:
     """Krogstad's ETD4RK for steps of length h: row i makes stage i from (y, N_1, ..., N_4), and the
-    last row the new y. One product a stage, the same for all, so that a scan compiles N once.
+    last row the new y. N is zero in the first `exact_rows`, whose columns are left out (m of d stay).
+    One product a stage, the same for all, so that a scan compiles N once.
 
     Source: Krogstad, J. Comput. Phys. 203 (2005) 72, eq. (51). (Cox and Matthews' own ETDRK4 falls to
     first order on these machines: its last stages mix half and full steps.)
@@ -35,15 +38,16 @@ def runge_kutta_weights(A: Matrix, h: Float[Array, ""]) -> Float[Array, "5 d 5d"
         [full, f1 - 2 * f2, none, 2 * f2, none],
         [full, f1 - 3 * f2 + 4 * f3, 2 * f2 - 4 * f3, 2 * f2 - 4 * f3, 4 * f3 - f2],
     ]
-    return jnp.stack([jnp.concatenate(row, axis=1) for row in rows])
+    kept = [[row[0], *(block[:, exact_rows:] for block in row[1:])] for row in rows]
+    return jnp.stack([jnp.concatenate(row, axis=1) for row in kept])
 
 
 class AdamsWeights(eqx.Module):
     """`predict` acts on (y, N_n, ..., N_{n-k+1}); `correct` on what the evaluation at the predicted
     point adds to the extrapolated polynomial."""
 
-    predict: Float[Array, "d dk"]
-    correct: Matrix
+    predict: Float[Array, "d dkm"]
+    correct: Float[Array, "d m"]
 
 
 def extrapolation(k: int) -> np.ndarray:
@@ -53,7 +57,7 @@ def extrapolation(k: int) -> np.ndarray:
     )
 
 
-def adams_weights(A: Matrix, h: Float[Array, ""], k: int) -> AdamsWeights:
+def adams_weights(A: Matrix, h: Float[Array, ""], k: int, exact_rows: int = 0) -> AdamsWeights:
     """The polynomial through the past k values of N, integrated exactly with exp(hA).
 
     `∫_0^1 e^((1-s) hA) s^m ds = m! phi_{m+1}(hA)`. Source: Hochbruck & Ostermann, BIT 51 (2011) 889,
@@ -71,4 +75,5 @@ def adams_weights(A: Matrix, h: Float[Array, ""], k: int) -> AdamsWeights:
     omega = np.poly(nodes)[::-1]
     correct = jnp.einsum("m,mab->ab", omega / omega.sum(), moments)
     first = phi[0] + jnp.eye(A.shape[0])
-    return AdamsWeights(jnp.concatenate([first, *weights], axis=1), correct)
+    past = [w[:, exact_rows:] for w in weights]
+    return AdamsWeights(jnp.concatenate([first, *past], axis=1), correct[:, exact_rows:])
