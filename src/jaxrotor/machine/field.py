@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .constraint import held_acceleration
-from .mass import Coupled, solve_coupled
-from .system import Actor, System
+from .acceleration import accelerate, couple, coupled_reaction
+from .ports import ports, shift_of, spread
+from .system import Actor, Reference, System
 
 
 def _add_spin(x: Array, amount: Array, system: System, first: int = 0) -> Array:
@@ -41,9 +41,6 @@ class Evaluation(NamedTuple):
     reaction: Array
     states: Array
     rates: Array
-
-
-Reference = tuple[Array, Array, Array]
 
 
 def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:
@@ -144,8 +141,8 @@ def _evaluate(
     q, v = _add_spin(u, phi, system), _add_spin(s, w, system)
 
     # nodes: relative motion for the assembled part, absolute for force laws
-    shift, shift_t, pull = _ports(q, v, system)
-    U, S = _spread(u, layout, shift), _spread(s, layout, shift_t)
+    shift, shift_t, pull = ports(q, v, system)
+    U, S = spread(u, layout, shift), spread(s, layout, shift_t)
     whole = outputs or (g and not system.quiet_ground)
     if whole and g:
         qg, vg, ag = system.given(t, reference)
@@ -173,51 +170,20 @@ def _evaluate(
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
-    a, reaction, loads = _accelerate(t, q, v, on_stations, system, reference)
+    a, reaction, loads = accelerate(t, q, v, on_stations, system, reference)
     inertia = None
     if system.mass is not None:
         given = ag if g and N.shape[1] > m else jnp.zeros((6, 0))
-        coupled = _couple(t, q, v, (N, V, Q), on_stations, a, given, system, reference)
+        coupled = couple(t, q, v, (N, V, Q), on_stations, a, given, system, reference)
         a, inertia = coupled.acceleration, coupled.inertia_force
         if outputs:
-            reaction = _coupled_reaction(t, q, v, on_stations, coupled, reaction, system, reference)
+            reaction = coupled_reaction(t, q, v, on_stations, coupled, reaction, system, reference)
     rates = _rates(t, N, V, a, q, v, z, system, reference)
     if outputs and g:
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
         on_ground = -Q[:, m:] if inertia is None else inertia[:, m:] - Q[:, m:]
         reaction = jnp.concatenate([reaction, on_ground], axis=1)
     return Evaluation(q, v, a, (N, V), loads, reaction, z, rates)
-
-
-def _spread(x: Array, layout, shift: Array | None) -> Array:
-    """Station values (6, n_mass) to node values (6, n_nodes)."""
-    if layout.n_nodes > layout.n_mass:
-        x = x[:, np.array(layout.node_station)]
-    return x if shift is None else x + shift
-
-
-def _shift(q: Array, system: System) -> Array:
-    """Ports' coordinates less their stations' own, (6, n_nodes)."""
-    layout = system.layout
-    out = jnp.zeros((6, layout.n_nodes))
-    for port in layout.ports:
-        group = layout.stations[port.group]
-        members = np.array(port.members)
-        element = jax.tree.map(lambda x: x[..., members], system.stations[port.group])  # noqa: B023
-        at = q[:, group.start + members]
-        moved = jax.vmap(lambda e, p: e.shift(port.name, p), in_axes=-1, out_axes=-1)(element, at)  # noqa: B023
-        out = out.at[:, np.array(port.nodes)].set(moved)
-    return out
-
-
-def _ports(q: Array, v: Array, system: System):
-    """Shift and its rate, and the map that takes forces on nodes to stations (virtual work)."""
-    layout = system.layout
-    if not layout.ports and layout.n_nodes == layout.n_mass:
-        return None, None, None
-    shift, shift_t = jax.jvp(lambda p: _shift(p, system), (q,), (v,))
-    _, pull = jax.vjp(lambda p: _spread(p, layout, _shift(p, system)), q)
-    return shift, shift_t, lambda Q: pull(Q)[0]
 
 
 def _act(t, actor: Actor, N: Array, V: Array, z: Array):
@@ -267,97 +233,6 @@ def _ground_acts(system: System) -> bool:
     return any(n >= m for a in system.actors for end in a.nodes for n in end)
 
 
-def _given(t, group, system: System, reference: Reference) -> Array | None:
-    """Accelerations of the coordinates that a group does not find itself, (held, members)."""
-    if not group.held:
-        return None
-    given = [[system.held_motion(m, t, reference)[2] for m in row] for row in group.motions]
-    return jnp.stack([jnp.stack(row) for row in given], axis=-1)
-
-
-def _accelerate(
-    t, q: Array, v: Array, Q: Array, system: System, reference: Reference
-) -> tuple[Array, Array, Array]:
-    """Accelerations, reactions and loads of all stations, as if no shaft had mass."""
-    parts = []
-    for group, element in zip(system.layout.stations, system.stations):
-        at = slice(group.start, group.stop)
-        if group.carried:  # all of its inertia is coupled, its weight too
-            parts.append((jnp.zeros_like(Q[:, at]), jnp.zeros_like(Q[:, at]), Q[:, at]))
-            continue
-
-        def one(e, q, v, Q, held: Any = None, group=group):
-            # row by row: the sum with a whole weight vector would not fuse with what follows
-            weight = e.weight(q, system.gravity)
-            Q = jnp.stack([Q[i] + weight[i] for i in range(6)])
-            if not group.held:
-                return e.acceleration(q, v, Q), jnp.zeros(6), Q
-            return *held_acceleration(e, q, v, Q, group.held, held), Q
-
-        parts.append(
-            jax.vmap(one, in_axes=-1, out_axes=-1)(
-                element, q[:, at], v[:, at], Q[:, at], _given(t, group, system, reference)
-            )
-        )
-    a, reaction, loads = (jnp.concatenate(each, axis=1) for each in zip(*parts))
-    return a, reaction, loads
-
-
-def _couple(t, q, v, nodes, Q, a, given, system: System, reference: Reference) -> Coupled:
-    """What shafts with mass make of the accelerations `a`."""
-    layout, mass = system.layout, system.mass
-    assert mass is not None
-    N, V, force = nodes
-    count = layout.n_nodes + layout.n_ground
-    fixed = jnp.zeros((6, count))
-    for group in layout.stations:
-        held = _given(t, group, system, reference)
-        if group.carried and held is not None:
-            fixed = fixed.at[np.ix_(group.held, range(group.start, group.stop))].set(held)
-    if given.shape[1]:
-        fixed = fixed.at[:, layout.n_nodes :].set(given)
-
-    def full(x):  # driven ends that nothing holds on to may be left out of the arrays
-        return jnp.pad(x, ((0, 0), (0, count - x.shape[1])))
-
-    # P: accelerations of the touched stations per unit of each force
-    one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
-    response = jax.vmap(
-        lambda d: jax.jvp(lambda F: _accelerate(t, q, v, F, system, reference)[0], (Q,), (d,))[1]
-    )
-    mobility = jnp.swapaxes(response(one), 0, 1)[:, :, np.array(mass.owners, int)]
-    k = np.array(mass.nodes, int)
-    if layout.ports:
-
-        def place(p):
-            return _spread(p, layout, _shift(p, system))[:, k]
-
-        J = jax.vmap(lambda d: jax.jvp(place, (q,), (d,))[1])(one)
-        J = jnp.swapaxes(J, 0, 1)
-        still = jnp.zeros_like(v)
-        drift = jax.jvp(lambda q, v: jax.jvp(place, (q,), (v,))[1], (q, v), (v, still))[1]
-    else:
-        J = jnp.eye(6)[:, :, None] + jnp.zeros(len(k))
-        drift = jnp.zeros((6, len(k)))
-    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift))
-
-
-def _coupled_reaction(
-    t, q, v, Q, coupled: Coupled, reaction, system: System, reference: Reference
-) -> Array:
-    """Constraint forces of held coordinates, the inertia of shafts included."""
-    mass, layout = system.mass, system.layout
-    assert mass is not None
-    if mass.owners:
-        on = Q.at[:, np.array(mass.owners)].add(coupled.on_owners)
-        reaction = _accelerate(t, q, v, on, system, reference)[1]
-    for group in layout.stations:
-        if group.carried and group.held:
-            at = np.ix_(group.held, range(group.start, group.stop))
-            reaction = reaction.at[at].set(coupled.inertia_force[at] - Q[at])
-    return reaction
-
-
 def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
     """Derivatives of the internal states, after the accelerations."""
     stateful = [actor for actor in system.actors if _has_state(actor)]
@@ -368,7 +243,7 @@ def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
     if layout.ports or layout.n_nodes > layout.n_mass:
 
         def velocity(q, v):
-            return jax.jvp(lambda p: _spread(p, layout, _shift(p, system)), (q,), (v,))[1]
+            return jax.jvp(lambda p: spread(p, layout, shift_of(p, system)), (q,), (v,))[1]
 
         A = jax.jvp(velocity, (q, v), (v, a))[1]
     if layout.n_ground:

@@ -16,6 +16,9 @@ from .machine import Machine
 from .mass import CoupledMass, assemble_mass
 from .turning import turning
 
+# Angle, speed and acceleration of the spin that coordinates are measured from.
+Reference = tuple[Array, Array, Array]
+
 
 class Actor(eqx.Module):
     """Stacked elements with a force law (or states) of their own, and the nodes of each end."""
