@@ -196,7 +196,7 @@ def test_a_dense_oscillation_is_drawn_in_its_envelope():
     assert len(turning_points(np.ones(9))) == 0
     fig = chart(Curve("time", t, "s"), [Curve("w", wave, "N")], "Dense")
     (fill,) = fig.axes[0].collections
-    at, outline = fill.get_paths()[0].vertices.T
+    at, outline = np.concatenate([path.vertices for path in fill.get_paths()]).T
     near = np.abs(at - 0.5) < 1e-3
     assert outline[near].max() == pytest.approx(0.5, rel=0.03)
     assert outline[near].min() == pytest.approx(-0.5, rel=0.03)

@@ -69,7 +69,7 @@ def energy_audit(
     `height_energy`, which are written apart from their forces, so a balance means something. An
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
     for `simulate`, but the step is planned for an error of 1e-6; a machine that is not smooth is run by
-    Kvaerno5 to `rtol`. Raises `InputError` where an elastic
+    Kvaerno5 to `rtol`, unless a step is given. Raises `InputError` where an elastic
     element keeps no account of its energy.
     """
     machine.check()
@@ -82,20 +82,17 @@ def energy_audit(
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
     interval = jnp.asarray(1.0 / sample_rate, float)
-    if not is_smooth(machine):
-        if step is not None:
-            raise InputError(
-                "this machine is not smooth: its step follows from rtol; leave step out"
-            )
+    if not is_smooth(machine) and step is None:
         return _audit(machine, initial, speed, None, interval, count, jnp.asarray(rtol, float))
     if step is None:
         step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)
     plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
-    return _audit(machine, initial, speed, plan, interval, count, jnp.asarray(plan.speed))
+    solver = with_substeps(None, plan)
+    return _audit(machine, initial, speed, solver, interval, count, jnp.asarray(plan.speed))
 
 
 @eqx.filter_jit
-def _audit(machine, initial, speed, plan, interval, count, number) -> EnergyAudit:
+def _audit(machine, initial, speed, solver, interval, count, number) -> EnergyAudit:
     system = assemble(machine)
     books = _books(machine, system)
     y0, _ = start(machine, system, initial, speed)
@@ -107,14 +104,14 @@ def _audit(machine, initial, speed, plan, interval, count, number) -> EnergyAudi
 
     samples, jumps = jnp.arange(count) * interval, jump_times(machine)
     terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
-    if plan is None:
+    if solver is None:
         relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
         y, _ = adaptive_samples(
             diffrax.Kvaerno5(), terms, samples, jumps, start_y, system, relative, absolute
         )
     else:
         A = jnp.pad(jacobian(assemble(machine, nominal=True), number), ((0, 2), (0, 2)))
-        y = march_samples(with_substeps(None, plan), A, terms, samples, jumps, start_y, system)
+        y = march_samples(solver, A, terms, samples, jumps, start_y, system)
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(samples, y[:, :d])
     return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])

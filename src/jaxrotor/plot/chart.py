@@ -94,18 +94,21 @@ def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name:
     if len(turns) < _DENSE:
         ax.plot(x, values, color=colour, linewidth=1.1, label=name)
         return
-    from scipy.ndimage import uniform_filter1d
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
     # wide enough that the envelope has no ripple of its own, narrow against the figure
     count = len(values)
     window = max(5, int(4 * count / len(turns)), count // 80)
     # averaged over the same window it stays outside of the curve, and loses its stairs
     bounds = (uniform_filter1d(b, window) for b in envelope(values[order], window))
-    ax.fill_between(x[order], *bounds, color=colour, alpha=0.3, linewidth=0)
     # a full line where the eye can follow it
     often = np.zeros(count)
     often[turns] = 1.0
     dense = uniform_filter1d(often, 2 * window) * count > 0.5 * _DENSE
+    for first, then in ((maximum_filter1d, minimum_filter1d), (minimum_filter1d, maximum_filter1d)):
+        # no flicker between the two: gaps are closed, then islands taken out
+        dense = then(first(dense, count // 20 + 1), count // 20 + 1)
+    ax.fill_between(x[order], *bounds, where=dense[order], color=colour, alpha=0.3, linewidth=0)
     ax.plot(x, values, color=colour, linewidth=0.25, alpha=0.7)
     ax.plot(x, np.where(dense, np.nan, values), color=colour, linewidth=1.1)
     ax.plot([], [], color=colour, linewidth=2, label=name)
