@@ -1,4 +1,4 @@
-"""The command line: `jaxrotor run|check|show STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell STUDY.toml`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -52,6 +52,8 @@ examples:
   jaxrotor show configs/two_rotor_startup.toml             draw the machine, to scale
   jaxrotor run configs/two_rotor_startup.toml              simulate, into results/two_rotor_startup/
   jaxrotor run configs/two_rotor_startup.toml --out trial  simulate, into another folder
+  jaxrotor modes configs/friswell_two_disc.toml --speed "3000 rpm"     frequencies, damping, whirl
+  jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -87,6 +89,21 @@ def parser() -> argparse.ArgumentParser:
     command("check", "validate a study, all of it; run nothing")
     show = command("show", "draw the machine of a study, side view to scale")
     show.add_argument("--out", metavar="FILE", type=Path, help="picture (default: <study>.png)")
+    modes = command("modes", "print natural frequencies, damping and whirl of each mode")
+    modes.add_argument("--speed", metavar="SPEED", help='such as "3000 rpm" (default: at rest)')
+    modes.add_argument("--count", type=int, default=12, help="how many modes (default: 12)")
+    campbell = command("campbell", "natural frequencies over speed: figure, table, critical speeds")
+    campbell.add_argument(
+        "--to",
+        metavar="SPEED",
+        help='highest speed, such as "6000 rpm" (default: 1.2 of the drive\'s)',
+    )
+    campbell.add_argument("--points", type=int, default=61, help="speeds (default: 61)")
+    campbell.add_argument("--modes", type=int, default=10, help="how many modes (default: 10)")
+    campbell.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_campbell)"
+    )
+    campbell.add_argument("--force", action="store_true", help="write into a folder in use")
     return top
 
 
@@ -102,7 +119,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return OK
     try:
         _set_up()
-        return {"run": _run, "check": _check, "show": _show}[given.command](given)
+        commands = {
+            "run": _run,
+            "check": _check,
+            "show": _show,
+            "modes": _modes,
+            "campbell": _campbell,
+        }
+        return commands[given.command](given)
     except InputError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
@@ -180,6 +204,20 @@ def _run(given: argparse.Namespace) -> int:
     from .study.run import run_study
 
     return run_study(_load(given.study), given.out, quiet=given.quiet, force=given.force)
+
+
+def _modes(given: argparse.Namespace) -> int:
+    from .study.linear import run_modes
+
+    return run_modes(_load(given.study), given.speed, given.count)
+
+
+def _campbell(given: argparse.Namespace) -> int:
+    from .study.linear import run_campbell
+
+    return run_campbell(
+        _load(given.study), given.to, given.points, given.modes, given.out, given.force
+    )
 
 
 if __name__ == "__main__":
