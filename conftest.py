@@ -20,6 +20,7 @@ pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]
 
 @pytest.fixture(autouse=True, scope="module")
 def forget_compiled_programs():
-    """A file's programs serve that file alone; kept, they add up to gigabytes in a worker."""
+    """A file's programs serve that file alone. Kept, they add up to gigabytes and to tens of thousands of
+    memory maps in a worker, which dies at the kernel's limit of 65530."""
     yield
     jax.clear_caches()
