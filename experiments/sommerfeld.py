@@ -115,11 +115,15 @@ def settled_speed(p, whirl: jr.State, t_end: float = 1000.0):
 
 
 def time_of_passage(p, speed: float = 1.2 * CRITICAL, t_end: float = 130.0):
-    """When the speed first reaches `speed`, s: between the samples by a straight line."""
+    """When the speed first reaches `speed`, s: between two samples time is a cubic in the speed."""
     response = run(with_values(p), t_end, step=5e-3)
-    W = response["rotor"].speed
-    i = jnp.argmax(W > speed)
-    return response.t[i - 1] + (speed - W[i - 1]) / (W[i] - W[i - 1]) / RATE
+    rotor = response["rotor"]
+    i = jnp.argmax(rotor.speed > speed)
+    (t, t_next), (W, W_next) = (x[jnp.stack([i - 1, i])] for x in (response.t, rotor.speed))
+    slope, slope_next = (W_next - W) / rotor.acceleration[jnp.stack([i - 1, i]), 5]
+    s = (speed - W) / (W_next - W)
+    rest = (1 - s) * slope * s * (1 - s) - s * slope_next * s * (1 - s)
+    return t * (1 - 3 * s**2 + 2 * s**3) + t_next * (3 * s**2 - 2 * s**3) + rest
 
 
 def compare_slopes(title: str, quantity, p: np.ndarray, closed: np.ndarray | None = None) -> None:
@@ -166,7 +170,7 @@ def draw(batch: jr.Response, out: Path) -> None:
         if torque in IN_PLANE:
             amplitude = 1e3 * np.hypot(rotor.x, rotor.y)
             name = f"run with {torque:g} N·m, 200 s"
-            right.plot(speed, amplitude, color=colour, linewidth=0.7, label=name)
+            right.plot(speed, amplitude, color=colour, linewidth=1.0, label=name)
     at = captured_speed(0.1)
     right.plot(at, 1e3 * radius(at), "o", color="black", zorder=9, label="T = c W r², 0.1 N·m")
     left.axhline(CRITICAL, color=GREY, linewidth=1, linestyle="--")
@@ -184,14 +188,18 @@ def draw(batch: jr.Response, out: Path) -> None:
 
 def table(batch: jr.Response) -> None:
     """Each torque's outcome, beside the speed and amplitude of the closed form."""
-    print(f"{'torque':>10} {'speed at 200 s':>15} {'outcome':>10} {'if captured':>12} {'amplitude':>10}")
+    print(
+        f"{'torque':>10} {'speed at 200 s':>15} {'outcome':>10} {'if captured':>12} {'amplitude':>10}"
+    )
     for i, torque in enumerate(TORQUES):
         speed = float(batch.member(i)["rotor"].speed[-1])
         outcome = "passes" if speed > CRITICAL else "captured"
         at = captured_speed(torque)
         far = speed < 0.9 * at
         outcome = "on its way" if far else outcome
-        print(f"{torque:6g} N·m {speed:9.4f} rad/s {outcome:>10} {at:12.4f} {1e3 * radius(at):7.2f} mm")
+        print(
+            f"{torque:6g} N·m {speed:9.4f} rad/s {outcome:>10} {at:12.4f} {1e3 * radius(at):7.2f} mm"
+        )
 
 
 def main() -> None:
@@ -204,7 +212,9 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
 
-    print(f"Critical speed {CRITICAL:.3f} rad/s; {len(TORQUES)} runs of 200 s (compiling first) ...")
+    print(
+        f"Critical speed {CRITICAL:.3f} rad/s; {len(TORQUES)} runs of 200 s (compiling first) ..."
+    )
     batch = run_all()
     table(batch)
     draw(batch, given.out)
@@ -218,7 +228,9 @@ def main() -> None:
         ("speed, rad/s", rotor.speed[-1], W),
         ("amplitude, m", np.hypot(rotor.x, rotor.y)[-1], radius(W)),
     ):
-        print(f"{name:>14} {got:.12g}, closed form {closed:.12g}, relative {abs(got / closed - 1):.1e}")
+        print(
+            f"{name:>14} {got:.12g}, closed form {closed:.12g}, relative {abs(got / closed - 1):.1e}"
+        )
     if not given.quick:
         slopes = slopes_of_captured_speed(0.1)
         whirl = jr.State(rotor.position[-1:], rotor.velocity[-1:])

@@ -210,7 +210,7 @@ def cut(shaft: Any, pieces: int, shear: bool, rotary_inertia: bool) -> Segment:
     diameters = jnp.stack([start + (end - start) * s for s in (left, left + 1 / pieces)])
     inside = jnp.broadcast_to(per_piece(shaft.inner_diameter), (2, n))
     m = shaft.material
-    material = (jnp.broadcast_to(x, (n,)) for x in (m.youngs_modulus, m.shear_modulus, m.density))
+    E, G, rho = (jnp.broadcast_to(x, (n,)) for x in (m.youngs_modulus, m.shear_modulus, m.density))
     return Segment(
-        per_piece(shaft.length) / pieces, diameters, inside, *material, shear, rotary_inertia
+        per_piece(shaft.length) / pieces, diameters, inside, E, G, rho, shear, rotary_inertia
     )

@@ -45,7 +45,7 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     """
 
     radii: Float[Array, "2"] = parameter("m", positive=True, shapes=((2,),))
-    mesh: AbstractLaw = eqx.field(metadata={"straight": True})
+    mesh: AbstractLaw = eqx.field(metadata={"straight": True})  # pyright: ignore[reportGeneralTypeIssues]
     pressure_angle: Float[Array, ""] = parameter("rad", default=0.3490658503988659)
     helix_angle: Float[Array, ""] = parameter("rad", default=0.0)
     orientation: Float[Array, ""] = parameter("rad", default=0.0)

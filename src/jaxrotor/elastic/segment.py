@@ -163,7 +163,7 @@ _Y[[0, 1, 2, 3], [1, 3, 7, 9]] = [1.0, -1.0, 1.0, -1.0]
 def _both(shape: Array, weights: Array) -> Float[Array, "12 12"]:
     """The sum over points of weight times shape times itself, in both planes; shape (4, points)."""
     squares = jnp.einsum("ap,p,bp->ab", shape, weights, shape)
-    return _X.T @ squares @ _X + _Y.T @ squares @ _Y
+    return jnp.asarray(_X.T @ squares @ _X + _Y.T @ squares @ _Y)
 
 
 def _rod(component: int) -> tuple[np.ndarray, np.ndarray]:

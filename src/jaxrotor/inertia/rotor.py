@@ -132,21 +132,21 @@ class Rotor(AbstractInertia, Ended, Nominal):
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port == "mass_centre":
             return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
-        along = 0.0
+        along = jnp.zeros_like(q[0])
         if port in ("left", "right") and self.ends is not None:
             along = -self.ends[0] if port == "left" else self.ends[1]
         shape = self._shape(q, along)
         if port == "":
             return shape
-        axis = from_tilted(q[3], q[4], (0.0, 0.0, along))
         zero = jnp.zeros_like(q[0])
+        axis = from_tilted(q[3], q[4], (zero, zero, along))
         end = jnp.stack([axis[0], axis[1], axis[2] - along, zero, zero, zero])
         return end if shape is None else end + shape
 
     def end(self, side: str) -> str:
         return "" if self.ends is None else f".{side}"
 
-    def _shape(self, q: Vec6, along: Array | float) -> Vec6 | None:
+    def _shape(self, q: Vec6, along: Array) -> Vec6 | None:
         """Less the stress-free displacement of the imperfect rotor, `along` its axis from C."""
         if self.imperfection is None:
             return None

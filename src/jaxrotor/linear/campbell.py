@@ -29,12 +29,12 @@ class Campbell(eqx.Module):
     @property
     def frequencies(self) -> np.ndarray:
         """Im lambda, (n, m), rad/s."""
-        return self.eigenvalues.imag
+        return np.imag(self.eigenvalues)
 
     @property
     def damping_ratios(self) -> np.ndarray:
         """(n, m); negative is unstable."""
-        return -self.eigenvalues.real / np.abs(self.eigenvalues)
+        return -np.real(self.eigenvalues) / np.abs(self.eigenvalues)
 
     def crossings(self, order: float = 1.0) -> dict[str, list[float]]:
         """Speeds (rad/s) at which each mode meets `order` times the speed, between the speeds given, by
@@ -79,7 +79,7 @@ def campbell(machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibr
     for i, (model, system, c) in enumerate(zip(each, systems, picked)):
         found = modes(model)
         for k in range(wanted):
-            whirl[i, k] = _nearest(found, system[0][c[k]]).whirl
+            whirl[i, k] = _nearest(found, complex(system[0][c[k]])).whirl
     return Campbell(
         speeds, values, whirl, tuple(m.name for m in named), tuple(m.kind for m in named)
     )

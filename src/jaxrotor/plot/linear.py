@@ -1,7 +1,7 @@
 """What the linear machine does: Campbell diagram, mode shapes, Bode and polar plots, stability."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -99,10 +99,14 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
     decrement of the least damped one. What is unstable is shaded, its onset marked."""
     rpm, values = RPM * np.asarray(campbell.speeds), np.asarray(campbell.eigenvalues)
     if measure == "growth":
-        amounts, words, worst = values.real, "largest real part, 1/s", np.argmax
+        amounts, words, worst = np.real(values), "largest real part, 1/s", np.argmax
         unstable = 1.0
     else:
-        amounts, words, worst = -2 * np.pi * values.real / values.imag, "log decrement", np.argmin
+        amounts, words, worst = (
+            -2 * np.pi * np.real(values) / np.imag(values),
+            "log decrement",
+            np.argmin,
+        )
         unstable = -1.0
     which = worst(amounts, axis=1)
     least = amounts[np.arange(len(rpm)), which]
@@ -243,7 +247,7 @@ def _damping(ax: Axes, rpm, campbell: Campbell, shown, classes, measure: str) ->
         amounts, words = 100 * np.asarray(campbell.damping_ratios), "damping ratio, %"
         knee = 1.0
     else:
-        amounts, words = -2 * np.pi * values.real / values.imag, "log decrement"
+        amounts, words = -2 * np.pi * np.real(values) / np.imag(values), "log decrement"
         knee = 0.1
     for k in shown:
         _line(ax, rpm, amounts[:, k], classes[:, k])
@@ -272,9 +276,17 @@ def _shade(ax: Axes, unstable: float) -> None:
 
 def _radians(ax: Axes) -> None:
     """The speed in rad/s along the top."""
-    second = ax.secondary_xaxis("top", functions=(lambda x: x / RPM, lambda x: x * RPM))
+    second = ax.secondary_xaxis("top", functions=(_per_second, _per_minute))
     second.set_xlabel("speed, rad/s", fontsize=9)
     second.tick_params(labelsize=8)
+
+
+def _per_second(rpm: Any) -> Any:
+    return rpm / RPM
+
+
+def _per_minute(speed: Any) -> Any:
+    return speed * RPM
 
 
 def _spread(values: np.ndarray, gap: float) -> np.ndarray:

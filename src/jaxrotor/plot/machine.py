@@ -114,7 +114,7 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
             figsize=(width, max(2.5, width * high / wide + words)), layout="constrained"
         )
     fig = ax.figure
-    below = words * wide / fig.get_figwidth()  # m
+    below = words * wide / (fig.bbox.width / fig.dpi)  # m
     thin = 0.008 * length
 
     def at(name):

@@ -54,7 +54,7 @@ class _Meter(diffrax.AbstractProgressMeter):
         return jnp.zeros((), int)
 
     def step(self, state, progress):
-        sample = (progress * self.samples).astype(int)
+        sample = jnp.asarray(progress * self.samples).astype(int)
         jax.lax.cond(state % 50 == 0, lambda: jax.debug.callback(_move, sample), lambda: None)
         return state + 1
 
