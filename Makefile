@@ -13,7 +13,7 @@ help: ## this list
 demo: $(VENV)/.core ## simulate the two-rotor start-up of the paper, with figures, into results/
 	$(BIN)/jaxrotor run configs/two_rotor_startup.toml
 
-test: $(VENV)/.test ## run the tests
+test: $(VENV)/.test $(VENV)/.interop ## run the tests
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
 lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
@@ -37,6 +37,6 @@ $(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/.python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
 	touch $@
 
-$(VENV)/.test $(VENV)/.dev $(VENV)/.benchmarks: $(VENV)/.%: pyproject.toml constraints.txt | $(VENV)/.python
+$(VENV)/.test $(VENV)/.dev $(VENV)/.interop $(VENV)/.benchmarks: $(VENV)/.%: pyproject.toml constraints.txt | $(VENV)/.python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[$*]'
 	touch $@

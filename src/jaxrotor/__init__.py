@@ -66,16 +66,26 @@ from .inertia import (
 )
 from .linear import (
     Campbell as Campbell,
+    CriticalSpeedMap as CriticalSpeedMap,
     FrequencyResponse as FrequencyResponse,
+    Interference as Interference,
     LinearModel as LinearModel,
     Mode as Mode,
+    OrderResponse as OrderResponse,
+    TorsionalMode as TorsionalMode,
     campbell as campbell,
+    critical_speed_map as critical_speed_map,
     critical_speeds as critical_speeds,
     frequency_response as frequency_response,
+    holzer_table as holzer_table,
+    interferences as interferences,
     linearize as linearize,
     modes as modes,
+    order_response as order_response,
     split_derivatives as split_derivatives,
     stability_threshold as stability_threshold,
+    torsional as torsional,
+    torsional_modes as torsional_modes,
     unbalance_response as unbalance_response,
 )
 from .machine import Machine as Machine

@@ -6,11 +6,11 @@ from jaxtyping import Array, Float
 
 from ..drive.schedule import AbstractSchedule, as_schedule
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Motion, Timed, Vec6
+from ..protocol import AbstractAttachment, Motion, Nominal, Timed, Vec6
 from .load import about_axis
 
 
-class EngineTorque(AbstractAttachment, Timed):
+class EngineTorque(AbstractAttachment, Timed, Nominal):
     """Gas torque as a harmonic series of the crank angle, N·m, positive in the sense of phi.
 
     `throttle (mean + sum amplitude cos(order phi + phase))`, where phi is the angle of its station.
@@ -46,3 +46,7 @@ class EngineTorque(AbstractAttachment, Timed):
 
     def times(self) -> Float[Array, " n"]:
         return self.throttle.jumps()
+
+    def nominal(self) -> "EngineTorque":
+        """The mean torque alone: the harmonics turn with the crank."""
+        return eqx.tree_at(lambda e: e.amplitudes, self, jnp.zeros_like(self.amplitudes))

@@ -8,8 +8,24 @@ from .critical import (
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
 from .modes import Mode as Mode, modes as modes
+from .orders import (
+    OrderResponse as OrderResponse,
+    order_response as order_response,
+    unbalance_response as unbalance_response,
+)
 from .response import (
     FrequencyResponse as FrequencyResponse,
     frequency_response as frequency_response,
-    unbalance_response as unbalance_response,
+)
+from .supports import (
+    CriticalSpeedMap as CriticalSpeedMap,
+    critical_speed_map as critical_speed_map,
+)
+from .torsion import (
+    Interference as Interference,
+    TorsionalMode as TorsionalMode,
+    holzer_table as holzer_table,
+    interferences as interferences,
+    torsional as torsional,
+    torsional_modes as torsional_modes,
 )

@@ -1,16 +1,20 @@
 """Natural frequencies over speed, each mode followed through its crossings."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
+from scipy.optimize import linear_sum_assignment
+from tqdm import tqdm
 
 from ..errors import InputError
 from ..machine.machine import Machine
-from .linearise import LinearModel, linearize
-from .modes import Mode, modes
+from .linearise import linearize
+from .lowest import lowest
+from .modes import describe, modes
+
+# Modes that come down from above what is followed take part in the matching.
+_MORE = 8
 
 
 class Campbell(eqx.Module):
@@ -50,64 +54,55 @@ class Campbell(eqx.Module):
         return found
 
 
-@eqx.filter_jit
-def models(machine: Machine, speeds: Any, at: Any = "equilibrium") -> LinearModel:
-    """One linear model for each speed, stacked."""
-    return jax.lax.map(lambda w: linearize(machine, w, at), speeds)
-
-
-def campbell(machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium") -> Campbell:
+def campbell(
+    machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
+) -> Campbell:
     """The `count` lowest modes of `machine` at `speeds` (rad/s, rising), followed from speed to speed by
-    how alike their shapes are (left eigenvectors against right ones), not by their order."""
+    how alike their shapes are, not by their order. `progress` shows a bar.
+
+    Where a mode does not oscillate (overdamped), its entries are NaN."""
     speeds = np.asarray(speeds, float)
     if speeds.ndim != 1 or speeds.size < 2 or not np.all(np.diff(speeds) > 0):
         raise InputError("speeds must be a rising list of two speeds at least, in rad/s")
-    stacked = models(machine, jnp.asarray(speeds), at)
-    each = [jax.tree.map(lambda x, i=i: x[i], stacked) for i in range(speeds.size)]
-    systems = [_modal(m) for m in each]
-    wanted = min(count, len(systems[-1][0]))
+    machine.check()
     # from the highest speed down: there the modes are furthest apart
-    columns = np.arange(wanted)
-    picked = [columns]
-    for here, before in zip(systems[-2::-1], systems[:0:-1]):
-        columns = _follow(before, columns, here)
-        picked.append(columns)
-    picked = picked[::-1]
-    named = modes(each[-1])[:wanted]
-    values = np.stack([s[0][c] for s, c in zip(systems, picked)])
-    whirl = np.zeros((speeds.size, wanted))
-    for i, (model, system, c) in enumerate(zip(each, systems, picked)):
-        found = modes(model)
-        for k in range(wanted):
-            whirl[i, k] = _nearest(found, complex(system[0][c[k]])).whirl
-    return Campbell(
-        speeds, values, whirl, tuple(m.name for m in named), tuple(m.kind for m in named)
-    )
+    model = linearize(machine, speeds[-1], at)
+    named = modes(model, count)
+    shapes = np.stack([m.shape for m in named], axis=1) if named else np.zeros((len(model.M), 0))
+    followed = _Followed(np.array([m.eigenvalue for m in named]), shapes)
+    values = np.full((speeds.size, len(named)), np.nan, complex)
+    whirl = np.zeros((speeds.size, len(named)))
+    values[-1], whirl[-1] = followed.values, [m.whirl for m in named]
+    for i in tqdm(range(speeds.size - 2, -1, -1), "Campbell", disable=not progress, leave=False):
+        model = linearize(machine, speeds[i], at)
+        followed, seen = _follow(followed, *lowest(model, count + _MORE), np.asarray(model.M))
+        values[i, seen] = followed.values[seen]
+        whirl[i, seen] = describe(model, followed.shapes)[1][seen]
+    kinds = tuple(m.kind for m in named)
+    whirl[:, [k != "lateral" for k in kinds]] = 0.0
+    return Campbell(speeds, values, whirl, tuple(m.name for m in named), kinds)
 
 
-def _nearest(found: list[Mode], value: complex) -> Mode:
-    return min(found, key=lambda m: abs(m.eigenvalue - value))
+class _Followed(NamedTuple):
+    """Each mode as it was last seen."""
+
+    values: np.ndarray
+    shapes: np.ndarray
 
 
-def _modal(model: LinearModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Oscillating eigenvalues by rising frequency, with right and left eigenvectors."""
-    values, right, left = (np.asarray(x) for x in model._system)
-    up = np.flatnonzero(np.asarray(model.damped_frequencies) > 0)
-    return values[up], right[:, up], left[up]
-
-
-def _follow(before, columns: np.ndarray, here) -> np.ndarray:
-    """Which modes `here` the modes `columns` of `before` are."""
-    from scipy.optimize import linear_sum_assignment
-
-    left = before[2][columns]
-    alike = np.abs(left @ here[1])
-    alike = alike / np.maximum(
-        np.linalg.norm(left, axis=1)[:, None] * np.linalg.norm(here[1], axis=0)[None], 1e-300
-    )
+def _follow(
+    before: _Followed, values: np.ndarray, shapes: np.ndarray, M: np.ndarray
+) -> tuple[_Followed, np.ndarray]:
+    """The modes `before` among those found now, and which of them were."""
+    # what each shape holds of those before: their least-squares combination, in the metric of mass
+    dual = before.shapes.conj().T @ M
+    alike = np.abs(np.linalg.lstsq(dual @ before.shapes, dual @ shapes, rcond=1e-10)[0])
+    size = np.sqrt(np.real(np.sum(shapes.conj() * (M @ shapes), axis=0)))
+    alike *= np.sqrt(np.real(np.sum(dual.T * before.shapes, axis=0)))[:, None] / size
     # where two shapes are equally alike (the planes of a machine at rest) the nearer frequency counts
-    value, frequencies = before[0][columns].imag, here[0].imag
-    apart = np.abs(value[:, None] - frequencies[None]) / np.maximum(value[:, None], 1e-9)
-    size = np.maximum(alike.max(axis=1, keepdims=True), 1e-300)
-    _, found = linear_sum_assignment(-(alike / size) + np.minimum(apart, 1.0))
-    return found
+    frequency = np.imag(before.values)[:, None]
+    apart = np.abs(frequency - np.imag(values)[None]) / np.maximum(frequency, 1e-9)
+    rows, found = linear_sum_assignment(-alike + np.minimum(apart, 1.0))
+    value, shape = before.values.copy(), before.shapes.copy()
+    value[rows], shape[:, rows] = values[found], shapes[:, found]
+    return _Followed(value, shape), rows

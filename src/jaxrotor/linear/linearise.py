@@ -23,7 +23,7 @@ from .eigen import eigensystem
 
 _ITERATIONS = 25
 # Frequencies below this part of the largest eigenvalue are rounding: a free spin's double zero splits so.
-_STILL = 1e-8
+STILL = 1e-8
 
 
 class LinearModel(eqx.Module):
@@ -51,17 +51,17 @@ class LinearModel(eqx.Module):
 
     @cached_property
     def _system(self) -> tuple[Array, Array, Array]:
-        """Eigenvalues with the right and left eigenvectors, those with Im >= 0 first, sorted."""
+        """Eigenvalues with the right and left eigenvectors: first those with Im > 0, by rising size."""
         values, right, left = eigensystem(self.A)
-        order = jnp.argsort(jnp.where(self._oscillating(values), values.imag, jnp.inf))
+        order = jnp.argsort(jnp.where(self._oscillating(values), jnp.abs(values), jnp.inf))
         return values[order], right[:, order], left[order]
 
     def _oscillating(self, values: Array) -> Array:
-        return values.imag > _STILL * jnp.max(jnp.abs(values), initial=0.0)
+        return values.imag > STILL * jnp.max(jnp.abs(values), initial=0.0)
 
     @property
     def eigenvalues(self) -> Complex[Array, " d"]:
-        """1/s: those with positive imaginary part by rising frequency, then all others."""
+        """1/s: those with positive imaginary part by rising natural frequency, then all others."""
         return self._system[0]
 
     def _upper(self) -> tuple[Complex[Array, " n"], Array]:
@@ -72,8 +72,8 @@ class LinearModel(eqx.Module):
 
     @property
     def natural_frequencies(self) -> Float[Array, " n"]:
-        """|lambda| of the oscillating modes, rad/s, rising with their damped frequency; 0 stands for what
-        does not oscillate (a free spin, an overdamped motion), at the end."""
+        """|lambda| of the oscillating modes, rad/s, rising; 0 stands for what does not oscillate (a free
+        spin, an overdamped motion), at the end."""
         found, moving = self._upper()
         return jnp.where(moving, jnp.abs(found), 0.0)
 
@@ -122,8 +122,10 @@ def linearize(
     (unbalance, imperfections, transmission errors).
 
     `at`: `"equilibrium"`, deflected under weight and steady loads with bearings at their working point at
-    this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds then count. Everything
-    comes from the vector field by automatic differentiation, so it holds for any component.
+    this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds and accelerations
+    then count. In the first two, forces from outside bear what is not in balance (drag on a free spin;
+    weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
+    holds for any component.
     """
     require_x64()
     if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
@@ -144,7 +146,6 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
         y = _working_point(system, reference)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
-    A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
     nodes = system.layout.n_nodes
     component, station, order, labels = coordinate_order(machine)
 
@@ -155,9 +156,11 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
     B = jax.jacfwd(pushed)(jnp.zeros(n))
     M = jnp.linalg.inv(B[n : 2 * n])
     M = 0.5 * (M + M.T)
+    held = None if isinstance(at, State) else holding(machine, system, y, reference, M)
+    A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
-    whole = np.concatenate([order, n + order, np.arange(2 * n, A.shape[0])])
+    whole = internal_order(order, A.shape[0])
     grid, both = np.ix_(order, order), np.ix_(whole, whole)
     return LinearModel(
         M[grid],
@@ -170,6 +173,17 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
         from_flat(zero, y, system, reference),
         labels,
     )
+
+
+def holding(
+    machine: Machine, system: System, y: Array, reference: Reference, M: Array
+) -> Float[Array, "6 m"]:
+    """Forces from outside that bear what would slow a steady state down or lift it off. `M` in the order
+    of the vector field."""
+    component, station, _, _ = coordinate_order(machine)
+    n = n_free(system)
+    own = relative_field(jnp.zeros(()), y, system, reference)[n : 2 * n]
+    return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own)
 
 
 def coordinate_order(
@@ -185,6 +199,12 @@ def coordinate_order(
     names = lineup.wiring.stations
     labels = tuple((names[place[i]], COORDINATES[component[i]]) for i in order)
     return component, station, order, labels
+
+
+def internal_order(order: np.ndarray, size: int) -> np.ndarray:
+    """Where the entries of a state as a person lists them stand in the vector field's."""
+    n = order.size
+    return np.concatenate([order, n + order, np.arange(2 * n, size)])
 
 
 def row_of(labels: tuple[tuple[str, str], ...], place: str) -> int:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .linearise import LinearModel
+from .lowest import lowest
 
 # Below this share of circularity a whirl counts as to and fro in one plane.
 _STRAIGHT = 1e-3
@@ -33,73 +34,82 @@ class Mode(NamedTuple):
 
 
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
-    """The oscillating modes by rising frequency, named. Not for use under `jit`."""
-    values = np.asarray(model.eigenvalues)
-    shapes = np.asarray(model.mode_shapes)
-    M = np.asarray(model.M)
-    sense = 1.0 if float(model.speed) >= 0 else -1.0
-    found = []
-    for k in np.flatnonzero(np.asarray(model.damped_frequencies) > 0):
-        shares, whirl = describe(model, M, shapes[:, k])
-        kind = max(shares, key=lambda s: shares[s])
-        value = complex(values[k])
-        found.append(
-            (kind, sense * whirl if kind == "lateral" else 0.0, shares, value, shapes[:, k])
-        )
+    """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
+    the model is large). Not for use under `jit`, nor differentiable: for derivatives take
+    `model.natural_frequencies`, which has the same order."""
+    values, shapes = lowest(model, count)
+    shares, whirl = describe(model, shapes)
     counts: dict[str, int] = {}
     out = []
-    for kind, whirl, shares, value, shape in found:
+    for k, value in enumerate(values):
+        each = {name: float(share[k]) for name, share in shares.items()}
+        kind = max(each, key=lambda s: each[s])
+        turning = float(whirl[k]) if kind == "lateral" else 0.0
         word = kind
-        if kind == "lateral" and abs(whirl) > _STRAIGHT:
-            word = "forward" if whirl > 0 else "backward"
+        if kind == "lateral" and abs(turning) > _STRAIGHT:
+            word = "forward" if turning > 0 else "backward"
         counts[word] = counts.get(word, 0) + 1
-        number = counts[word]
-        name = f"{number} {word}" if kind == "lateral" else f"{word} {number}"
-        size = abs(value)
+        name = f"{counts[word]} {word}" if kind == "lateral" else f"{word} {counts[word]}"
         out.append(
             Mode(
                 name,
-                value.imag,
-                -value.real / size,
-                -2 * np.pi * value.real / value.imag,
-                value,
+                float(value.imag),
+                float(-value.real / abs(value)),
+                float(-2 * np.pi * value.real / value.imag),
+                complex(value),
                 kind,
-                shares,
-                whirl,
-                shape,
+                each,
+                turning,
+                shapes[:, k],
             )
         )
-        if count is not None and len(out) == count:
-            break
     return out
 
 
-def describe(
-    model: LinearModel, M: np.ndarray, shape: np.ndarray
-) -> tuple[dict[str, float], float]:
-    """Shares of kinetic energy, and the whirl's direction (-1 to 1, counter-clockwise positive)."""
+def describe(model: LinearModel, shapes: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Of shapes (n, m): shares of kinetic energy, and the whirl, -1 to 1, positive with the spin."""
     coordinate = np.array([c for _, c in model.coordinates])
-    energy = np.real(np.conj(shape) * (M @ shape))
-    total = energy.sum()
+    M = np.asarray(model.M)
+    energy = np.real(np.conj(shapes) * (M @ shapes))
+    total = energy.sum(axis=0)
     parts = {
         "lateral": np.isin(coordinate, ("x", "y", "psi", "theta")),
         "axial": coordinate == "z",
         "torsional": coordinate == "phi",
     }
-    shares = {name: float(energy[rows].sum() / total) for name, rows in parts.items()}
-    index = {c: i for i, c in enumerate(model.coordinates)}
-    turning = size = 0.0
-    for (station, c), i in index.items():
-        j = index.get((station, {"x": "y", "theta": "psi"}.get(c, "")))
-        if j is None:
-            continue
-        # x = Re X e^{iwt}, y = Re Y e^{iwt}: counter-clockwise where Y lags X by a quarter; the slopes
-        # dx/dz = theta, dy/dz = -psi turn likewise
-        other = shape[j] if c == "x" else -shape[j]
-        weight = np.abs(M[i, i])
-        turning += -2 * weight * np.imag(np.conj(shape[i]) * other)
-        size += weight * (abs(shape[i]) ** 2 + abs(other) ** 2)
-    return shares, float(turning / size) if size else 0.0
+    shares = {name: energy[rows].sum(axis=0) / total for name, rows in parts.items()}
+    sense = 1.0 if float(model.speed) >= 0 else -1.0
+    return shares, sense * whirl_of(model.coordinates, np.abs(np.diag(M)), shapes)
+
+
+def whirl_of(
+    coordinates: tuple[tuple[str, str], ...], weight: np.ndarray, shapes: np.ndarray
+) -> np.ndarray:
+    """How circular the orbits of shapes (n, m) are, weighed by `weight` (n,): -1 to 1, counter-clockwise
+    positive."""
+    one, other, sign = _planes(coordinates)
+    a, b = shapes[one], sign[:, None] * shapes[other]
+    weight = weight[one][:, None]
+    # x = Re X e^{iwt}, y = Re Y e^{iwt}: counter-clockwise where Y lags X by a quarter
+    turning = np.sum(-2 * weight * np.imag(np.conj(a) * b), axis=0)
+    size = np.sum(weight * (np.abs(a) ** 2 + np.abs(b) ** 2), axis=0)
+    return np.divide(turning, size, out=np.zeros_like(turning), where=size > 0)
+
+
+def _planes(
+    coordinates: tuple[tuple[str, str], ...],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows that belong together in the two planes, x with y and theta with -psi (for dx/dz = theta,
+    dy/dz = -psi), and the sign of the second."""
+    index = {c: i for i, c in enumerate(coordinates)}
+    pairs = [
+        (i, index[station, partner], sign)
+        for (station, c), i in index.items()
+        for first, partner, sign in (("x", "y", 1.0), ("theta", "psi", -1.0))
+        if c == first and (station, partner) in index
+    ]
+    found = np.array(pairs).reshape(-1, 3)
+    return found[:, 0].astype(int), found[:, 1].astype(int), found[:, 2]
 
 
 def table(found: list[Mode]) -> str:

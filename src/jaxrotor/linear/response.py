@@ -1,4 +1,4 @@
-"""Steady vibration: frequency response, and the response to unbalance."""
+"""Steady vibration under harmonic forces."""
 
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -10,29 +10,29 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
-from ..machine.field import n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..solve.state import to_flat
-from .linearise import LinearModel, coordinate_order, linearize, row_of
-
-# Angles of a turn at which the forces of what turns with the shaft are looked at.
-_ANGLES = 16
+from .linearise import LinearModel, coordinate_order, internal_order, linearize
+from .observe import Output, outputs_of, sensitivity
 
 Kind = Literal["receptance", "mobility", "accelerance"]
-_POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
 class FrequencyResponse(eqx.Module):
     """Complex amplitudes: `values` (frequency, output, input) per unit force or moment, or (speed, output)
     for unbalance. `frequencies`: rad/s (the speeds themselves for unbalance). The phase is that of the
-    output against the input (for unbalance, against the rotor's own x axis): negative lags."""
+    output against the input (for unbalance, against the rotor's own x axis): negative lags.
+
+    `units`: of each output, SI; a mobility is per second, an accelerance per second squared."""
 
     frequencies: Float[Array, " f"]
     values: Complex[Array, "..."]
     outputs: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)
     kind: str = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
 
     @property
     def magnitude(self) -> Float[Array, "..."]:
@@ -55,27 +55,56 @@ def frequency_response(
 ) -> FrequencyResponse:
     """Steady vibration of `outputs` under harmonic forces at `inputs`, the machine turning at `speed`.
 
-    - `inputs`, `outputs`: `"main.y"`, ...; the force (N) or moment (N·m) and the motion (m, rad) along that
-      coordinate. - `frequencies`: rad/s. - `kind`: motion, its rate, or its acceleration per unit force.
+    - `inputs`: `"main.y"`, ...: the force (N) or moment (N·m) along that coordinate.
+    - `outputs`: a coordinate (m, rad), an element's own signal such as `"shaft.torque"` (N·m), or
+      `"bearing.force.x"`, the generalized force ON the first station that the bearing holds.
+    - `frequencies`: rad/s. - `kind`: the output, its rate, or its second derivative per unit force.
 
-    Differentiable, and by `jax.vmap` over machines and speeds.
+    A torque at `"engine.phi"` and `"shaft.torque"` out is the forced torsional vibration. Differentiable,
+    and by `jax.vmap` over machines and speeds.
     """
-    if kind not in _POWER:
-        raise InputError(f"kind must be one of {', '.join(_POWER)}, but is {kind!r}")
-    inputs = (inputs,) if isinstance(inputs, str) else tuple(inputs)
-    outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    check_kind(kind)
+    inputs, outputs = as_names(inputs), as_names(outputs)
     frequencies = jnp.atleast_1d(jnp.asarray(frequencies, float))
     model = linearize(machine, speed, at)
-    columns, rows = [model.row(i) for i in inputs], [model.row(o) for o in outputs]
+    found = outputs_of(machine, model.coordinates, outputs)
+    columns = np.array([model.row(i) for i in inputs])
+    C = output_rows(machine, found, model)
 
     def one(w):
-        H = _solve(model.A, w, model.B[:, np.array(columns)])
-        return H[np.array(rows)] * (1j * w) ** _POWER[kind]
+        return C @ solve(model.A, w, model.B[:, columns]) * (1j * w) ** POWER[kind]
 
-    return FrequencyResponse(frequencies, jax.lax.map(one, frequencies), outputs, inputs, kind)
+    values = jax.lax.map(one, frequencies)
+    return FrequencyResponse(
+        frequencies, values, outputs, inputs, kind, tuple(o.unit for o in found)
+    )
 
 
-def _solve(A: Array, w: Array, b: Array) -> Array:
+def check_kind(kind: str) -> None:
+    if kind not in POWER:
+        raise InputError(f"kind must be one of {', '.join(POWER)}, but is {kind!r}")
+
+
+def as_names(given: str | Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+def output_rows(
+    machine: Machine, outputs: tuple[Output, ...], model: LinearModel
+) -> Float[Array, "outputs d"]:
+    """What turns the model's state into the outputs."""
+    if all(o.kind == "coordinate" for o in outputs):
+        rows = np.array([model.row(f"{o.element}.{o.what}") for o in outputs])
+        return jnp.eye(model.A.shape[0])[rows]
+    system = assemble(machine, nominal=True)
+    zero = jnp.zeros(())
+    reference = (system.reference(zero)[0], model.speed, zero)
+    y = to_flat(model.state, system, reference)
+    C = sensitivity(machine, outputs, system, y, reference)
+    return C[:, internal_order(coordinate_order(machine)[2], C.shape[1])]
+
+
+def solve(A: Array, w: Array, b: Array) -> Array:
     """(i w - A)^-1 b, rows and columns scaled to a like size."""
     matrix = 1j * w * jnp.eye(A.shape[0]) - A
     rows = jax.lax.stop_gradient(jnp.max(jnp.abs(matrix), axis=1))
@@ -83,50 +112,3 @@ def _solve(A: Array, w: Array, b: Array) -> Array:
     columns = jax.lax.stop_gradient(jnp.max(jnp.abs(scaled), axis=0))
     right = (b.T / rows).T
     return (jnp.linalg.solve(scaled / columns, right).T / columns).T
-
-
-def unbalance_response(
-    machine: Machine,
-    outputs: str | Sequence[str],
-    speeds: Any,
-    kind: Kind = "receptance",
-    at: Any = "equilibrium",
-) -> FrequencyResponse:
-    """Steady synchronous vibration of `outputs` at `speeds` (rad/s) under the machine's own unbalance.
-
-    The forces are those of the vector field itself: what a turn of the unbalanced machine in the steady
-    state of the balanced one has at once per turn (so static and dynamic unbalance, imperfections and any
-    part that turns with the shaft count alike). The motion is Re(value e^(i phi)), phi the shaft's angle.
-    """
-    outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
-    machine.check()
-    labels = coordinate_order(machine)[3]
-    rows = [row_of(labels, o) for o in outputs]
-
-    def one(w):
-        model = linearize(machine, w, at)
-        x = _solve(model.A, w, _synchronous(machine, model))
-        return x[np.array(rows)] * (1j * w) ** _POWER[kind]
-
-    values = jax.lax.map(one, speeds)
-    return FrequencyResponse(speeds, values, outputs, (), kind)
-
-
-def _synchronous(machine: Machine, model: LinearModel) -> Complex[Array, " d"]:
-    """Once-per-turn part of dx/dt that unbalance adds, in the model's order."""
-    zero = jnp.zeros(())
-    actual, nominal = assemble(machine), assemble(machine, nominal=True)
-    n = n_free(actual)
-
-    def excess(angle):
-        reference = (angle, model.speed, zero)
-        y = to_flat(model.state, nominal, (nominal.reference(zero)[0], model.speed, zero))
-        field = relative_field(zero, y, actual, reference)
-        return field - relative_field(zero, y, nominal, reference)
-
-    angles = 2 * jnp.pi * jnp.arange(_ANGLES) / _ANGLES
-    forces = jax.vmap(excess)(angles)
-    first = 2 / _ANGLES * jnp.exp(-1j * angles) @ forces
-    order = coordinate_order(machine)[2]
-    return first[np.concatenate([order, n + order, np.arange(2 * n, first.shape[0])])]

@@ -11,7 +11,7 @@ from typing import Any
 import jax
 
 from ..protocol import AbstractPrescribed, Carried, Ported
-from .lineup import Block, Lineup
+from .lineup import Block, Lineup, structure
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,6 @@ class Layout:
             for m, motions in enumerate(g.motions)
             for k, c in enumerate(g.held)
         }
-
-
-def structure(element: Any) -> Any:
-    """What must agree for elements to stack: the kind, its options and the shapes of its fields."""
-    leaves, tree = jax.tree.flatten(element)
-    return tree, tuple(x.shape for x in leaves)
 
 
 def _grouped(blocks: tuple[Block, ...], keys: list[Any]) -> list[tuple[list[int], list[int]]]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import equinox as eqx
 import jax
 
-from ..protocol import LEFT, Composite
+from ..protocol import LEFT, Composite, Parts
 from .wiring import Wiring
 
 if TYPE_CHECKING:
@@ -36,37 +36,88 @@ class Lineup(eqx.Module):
     wiring: Wiring = eqx.field(static=True)
 
 
+def structure(element: Any) -> Any:
+    """What must agree for elements to stack: the kind, its options and the shapes of its fields."""
+    leaves, tree = jax.tree.flatten(element)
+    return tree, tuple(x.shape for x in leaves)
+
+
 def line_up(machine: "Machine") -> Lineup:
     """Takes composites apart. Under `jax.eval_shape` it serves for the static structure alone."""
     machine = machine.filled()
     wiring = machine.wiring
     stations = [Block(s, None) for s in machine.stations]
+    inner: dict[int, list[Block]] = {}
     connectors, names, ends = [], [], []
-    for i, element in enumerate(machine.connectors):
-        name, own = wiring.connectors[i], wiring.ends[i]
-        if not isinstance(element, Composite):
-            connectors.append(Block(element, None))
-            names.append(name)
-            ends.append(own)
+    for alike in _alike(machine.connectors):
+        i = alike[0]
+        if not isinstance(machine.connectors[i], Composite):
+            connectors.append(Block(machine.connectors[i], None))
+            names.append(wiring.connectors[i])
+            ends.append(wiring.ends[i])
             continue
-        parts = element.parts()
-        stations += [Block(stacked, count) for stacked, count in parts.stations]
-        first = wiring.inner[i]
-        for label, stacked, places in parts.connectors:
-            count = len(places[0])
-            connectors.append(Block(stacked, count))
-            for k in range(count):
-                names.append(f"{name}.{label}" + (f" {k + 1}" if count > 1 else ""))
-                ends.append(
-                    tuple(
-                        (first + p[k], "") if p[k] >= 0 else own[0 if p[k] == LEFT else 1]
-                        for p in places
+        made, count = _made(tuple(machine.connectors[i] for i in alike))
+        for k, i in enumerate(alike):
+            inner[i] = [
+                Block(jax.tree.map(lambda x, k=k: x[..., k], stacked), size)
+                for stacked, size in made.stations
+            ]
+        for label, stacked, places in made.connectors:
+            size = len(places[0])
+            connectors.append(Block(jax.tree.map(_flat, stacked), size * count))
+            for piece in range(size):
+                for i in alike:
+                    own, first = wiring.ends[i], wiring.inner[i]
+                    number = f" {piece + 1}" if size > 1 else ""
+                    names.append(f"{wiring.connectors[i]}.{label}{number}")
+                    ends.append(
+                        tuple(
+                            (first + p[piece], "") if p[piece] >= 0 else own[p[piece] != LEFT]
+                            for p in places
+                        )
                     )
-                )
+    for i in sorted(inner):
+        stations += inner[i]
     whole = Wiring(
         wiring.stations, tuple(names), tuple(ends), wiring.held, wiring.order, wiring.inner
     )
     return Lineup(tuple(stations), tuple(connectors), whole)
+
+
+def _alike(connectors: tuple[Any, ...]) -> list[list[int]]:
+    """Composites of one structure together, all else by itself; in the order in which they appear."""
+    found: list[list[int]] = []
+    seen: dict[Any, list[int]] = {}
+    for i, element in enumerate(connectors):
+        if isinstance(element, Composite):
+            key = structure(element)
+            if key in seen:
+                seen[key].append(i)
+                continue
+            seen[key] = [i]
+            found.append(seen[key])
+        else:
+            found.append([i])
+    return found
+
+
+def _made(composites: tuple[Any, ...]) -> tuple[Parts, int]:
+    """What composites of one structure are made of: one more axis, the last, counts them."""
+    rest = []  # labels and places, the same for each
+
+    def arrays(composite):
+        found, static = eqx.partition(composite.parts(), eqx.is_array)
+        rest.append(static)
+        return found
+
+    stacked = jax.tree.map(lambda *x: jax.numpy.stack(x, axis=-1), *composites)
+    made = jax.vmap(arrays, in_axes=-1, out_axes=-1)(stacked)
+    return eqx.combine(made, rest[0]), len(composites)
+
+
+def _flat(x: Any) -> Any:
+    """(..., pieces, composites) as one axis."""
+    return x.reshape(*x.shape[:-2], -1)
 
 
 def structure_of(machine: "Machine") -> Lineup:

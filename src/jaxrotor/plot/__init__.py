@@ -6,4 +6,6 @@ from .linear import campbell_diagram as campbell_diagram, stability_map as stabi
 from .machine import draw_machine as draw_machine
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration
 from .paths import distances as distances, trajectories as trajectories
+from .response import bode as bode, polar as polar
+from .shapes import mode_shapes as mode_shapes
 from .torsion import differences as differences, spectrum as spectrum, torques as torques

@@ -15,12 +15,13 @@ from ..errors import InputError
 from ..files import written_whole
 from ..kinematics import spin_speed
 from ..machine.field import Evaluation, evaluate
-from ..machine.lineup import Lineup, line_up, structure_of
+from ..machine.lineup import Lineup, structure_of
 from ..machine.machine import Machine
-from ..machine.system import System, assemble
+from ..machine.system import assemble
 from ..machine.wiring import unknown
 from ..parameter import numbers
-from ..protocol import Acting, Linear, Ported, Signalling
+from ..protocol import Ported, Signalling
+from .part import forces_on_ends, inner_element, part_of
 
 
 class RunInfo(eqx.Module):
@@ -168,7 +169,7 @@ class _Part:
 @eqx.filter_jit
 def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) -> Array:
     system = assemble(machine)
-    element, nodes, states = _part(machine, system, name)
+    element, nodes, states = part_of(machine, system, name)
 
     def one(t, q, v, z):
         motions = tuple((q[:, i], v[:, i]) for i in nodes)
@@ -182,44 +183,7 @@ def _element(response: Response, name: str) -> Any:
     machine = response.machine
     if name in machine.wiring.order:
         return machine[name]
-    return _inner(machine, name)
-
-
-@eqx.filter_jit
-def _inner(machine: Machine, name: str) -> Any:
-    lineup = line_up(machine)
-    wiring = lineup.wiring
-    station = name in wiring.stations
-    index = (wiring.stations if station else wiring.connectors).index(name)
-    for block in lineup.stations if station else lineup.connectors:
-        if index < len(block):
-            if block.count is None:
-                return block.element
-            return jax.tree.map(lambda x: x[..., index], block.element)  # noqa: B023
-        index -= len(block)
-
-
-def _part(machine: Machine, system: System, name: str) -> tuple[Any, list[int], np.ndarray]:
-    """An element, the nodes of its ends, and the rows of its internal states."""
-    layout, wiring = system.layout, structure_of(machine).wiring
-    element = machine.filled()[name] if name in machine.wiring.order else _inner(machine, name)
-    if name in wiring.stations:
-        index = layout.internal[wiring.stations.index(name)]
-        if index >= layout.n_mass:  # a driven end: no states
-            return element, [index + layout.n_nodes - layout.n_mass], np.zeros(0, int)
-        nodes = [index]
-        groups = [range(g.start, g.stop) for g in layout.stations]
-        index_of_group = next(i for i, g in enumerate(groups) if index in g)
-        member, many = groups[index_of_group].index(index), len(groups[index_of_group])
-    else:
-        which = wiring.connectors.index(name)
-        at = next(i for i, g in enumerate(layout.connectors) if which in g.members)
-        group = layout.connectors[at]
-        member, many = group.members.index(which), len(group.members)
-        nodes = [end[member] for end in group.nodes]
-        index_of_group = len(layout.stations) + at
-    first, last = system.rows[index_of_group]
-    return element, nodes, np.arange(first + member, last, many)
+    return inner_element(machine, name)
 
 
 class StationResponse(_Part):
@@ -298,18 +262,10 @@ class ConnectorResponse(_Part):
 @eqx.filter_jit
 def _forces(machine: Machine, t: Array, ev: Evaluation, name: str) -> Array:
     system = assemble(machine)
-    element, nodes, states = _part(machine, system, name)
+    element, nodes, states = part_of(machine, system, name)
 
     def one(t, q, v, z):
         motions = tuple((q[:, i], v[:, i]) for i in nodes)
-        total = jnp.zeros((len(nodes), 6))
-        if isinstance(element, Linear):
-            K, C = element.matrices()
-            q, v = (jnp.concatenate([m[i] for m in motions]) for i in (0, 1))
-            total -= (K @ q + C @ v).reshape(-1, 6)
-        if isinstance(element, Acting):
-            own = element.forces(t, motions, z[states] if states.size else None)
-            total += 0.0 if own is None else jnp.stack(own)
-        return total
+        return forces_on_ends(element, t, motions, z[states] if states.size else None)
 
     return jax.vmap(one)(t, *ev.nodes, ev.states)

@@ -1,0 +1,62 @@
+"""The lowest modes of a linear model, in NumPy: for tables and figures, where no derivative is asked."""
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse.linalg
+
+from .linearise import STILL, LinearModel
+
+# Below this many states all eigenvalues cost no more than a few.
+_SMALL = 150
+# Rigid-body zeros, overdamped motions and conjugates take places among those nearest to zero.
+_SPARE = 16
+# Of the largest frequency: about the lowest one of a machine of many elements.
+_SHIFT = 1e-5
+
+
+def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (m,) with Im > 0 by rising natural frequency, `count` at most, and their shapes (n, m)
+    over the model's coordinates, the largest entry 1.
+
+    Large models by the shift-invert Lanczos-Arnoldi method near zero. Source: Lehoucq, Sorensen & Yang,
+    ARPACK Users' Guide (1998).
+    """
+    A = np.asarray(model.A)
+    size = A.shape[0]
+    wanted = size if count is None else 2 * count + _SPARE
+    while True:
+        if size <= _SMALL or 2 * wanted >= size:
+            found: Any = scipy.linalg.eig(A)
+            wanted = size
+        else:
+            found = _near_zero(A, wanted)
+        values, vectors = found
+        up = np.flatnonzero(np.imag(values) > STILL * np.sqrt(np.linalg.norm(A, 1)))
+        if wanted == size or len(up) >= (count or 0):
+            break
+        wanted *= 2
+    up = up[np.argsort(np.abs(values[up]), kind="stable")][:count]
+    shapes = vectors[: model.M.shape[0], up]
+    rows = np.argmax(np.abs(shapes), axis=0)
+    return values[up], shapes / shapes[rows, np.arange(len(up))]
+
+
+def _near_zero(A: np.ndarray, count: int) -> Any:
+    """The `count` eigenvalues nearest to a small shift (with which rigid-body zeros can be solved) and
+    their vectors; all of them where the iteration does not settle."""
+    n = A.shape[0]
+    balanced, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
+    shift = _SHIFT * np.sqrt(np.linalg.norm(A, 1))
+    factors = scipy.linalg.lu_factor(balanced - shift * np.eye(n))
+    inverse: Any = scipy.sparse.linalg.LinearOperator(
+        (n, n),
+        matvec=lambda x: scipy.linalg.lu_solve(factors, x),  # pyright: ignore
+    )
+    start = np.random.default_rng(0).standard_normal(n)
+    try:
+        found: Any = scipy.sparse.linalg.eigs(balanced, count, sigma=shift, OPinv=inverse, v0=start)
+    except scipy.sparse.linalg.ArpackError:
+        return scipy.linalg.eig(A)
+    return found[0], scale[:, None] * found[1]

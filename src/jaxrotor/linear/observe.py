@@ -1,0 +1,108 @@
+"""What can be observed of a machine, by name: coordinates, elements' own signals, forces."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..kinematics import COORDINATES
+from ..machine.field import Reference, evaluate
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..machine.system import System
+from ..protocol import Signalling
+from ..solve.part import forces_on_ends, part_of
+from .linearise import row_of
+
+_UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}
+_FORCES = {c: "N" if c in "xyz" else "N*m" for c in COORDINATES}
+
+
+class Output(NamedTuple):
+    """`kind`: "coordinate", "signal" or "force"; `what`: its name; `unit`: SI."""
+
+    element: str
+    kind: str
+    what: str
+    unit: str
+
+
+def outputs_of(
+    machine: Machine, labels: tuple[tuple[str, str], ...], given: tuple[str, ...]
+) -> tuple[Output, ...]:
+    """`"main.y"` a coordinate; `"shaft.torque"` a signal that an element offers; `"bearing.force.x"` the
+    generalized force ON the first station of a shaft, coupling or support. Raises `InputError`."""
+    wiring = structure_of(machine).wiring
+    found = []
+    for text in given:
+        name, _, what = text.rpartition(".")
+        if name.endswith(".force") and name[:-6] in wiring.connectors and what in COORDINATES:
+            found.append(Output(name[:-6], "force", what, _FORCES[what]))
+            continue
+        signals = _signals(machine, name) if name in (*wiring.stations, *wiring.connectors) else {}
+        if what in signals:
+            found.append(Output(name, "signal", what, signals[what]))
+        elif name in wiring.connectors:
+            known = [*(f"{name}.{s}" for s in signals), f"{name}.force.x"]
+            raise InputError(
+                f"`{text}`: `{name}` offers no such quantity: take one of {', '.join(known)} (or y, z, "
+                "psi, theta, phi)"
+            )
+        else:
+            row_of(labels, text)
+            found.append(Output(name, "coordinate", what, _UNITS[what]))
+    return tuple(found)
+
+
+def _signals(machine: Machine, name: str) -> dict[str, str]:
+    """Those that are one number."""
+    lineup = structure_of(machine)
+    names = (*lineup.wiring.stations, *lineup.wiring.connectors)
+    index = names.index(name)
+    for block in (*lineup.stations, *lineup.connectors):
+        if index < len(block):
+            one = block.one()
+            return dict(one.signals) if isinstance(one, Signalling) else {}
+        index -= len(block)
+    return {}
+
+
+def observe(
+    machine: Machine, outputs: tuple[Output, ...], system: System, y, reference: Reference
+) -> Float[Array, " n"]:
+    """The outputs in a state `y` that is measured from `reference`."""
+    zero = jnp.zeros(())
+    ev = evaluate(zero, y, system, reference)
+    stations = system.layout.internal
+    names = structure_of(machine).wiring.stations
+    N, V = ev.nodes
+    found: list[Array] = []
+    for output in outputs:
+        if output.kind == "coordinate":
+            place = stations[names.index(output.element)]
+            found.append(ev.q[COORDINATES.index(output.what), place])
+            continue
+        element, nodes, rows = part_of(machine, system, output.element)
+        motions = tuple((N[:, i], V[:, i]) for i in nodes)
+        state = ev.states[rows] if rows.size else None
+        if output.kind == "force":
+            forces = forces_on_ends(element, zero, motions, state)
+            found.append(forces[0, COORDINATES.index(output.what)])
+        else:
+            value = getattr(element, output.what)(zero, motions, state)
+            if jnp.ndim(value):
+                raise InputError(
+                    f"`{output.element}.{output.what}`: is a vector: take one component of a force "
+                    f"instead, such as {output.element}.force.x"
+                )
+            found.append(value)
+    return jnp.stack(found)
+
+
+def sensitivity(
+    machine: Machine, outputs: tuple[Output, ...], system: System, y, reference: Reference
+) -> Float[Array, "n d"]:
+    """d(outputs)/dy."""
+    return jax.jacfwd(lambda y: observe(machine, outputs, system, y, reference))(y)

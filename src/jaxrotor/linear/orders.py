@@ -1,0 +1,207 @@
+"""Vibration at so many times the speed, under what turns with the shaft: unbalance, engine orders."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float
+
+from ..errors import InputError
+from ..machine.field import relative_field
+from ..machine.layout import lay_out
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..machine.system import assemble
+from ..machine.turning import root
+from ..machine.wiring import unknown
+from ..protocol import Geared, Nominal
+from ..solve.state import State, to_flat
+from .linearise import coordinate_order, holding, internal_order, linearize
+from .observe import observe, outputs_of, sensitivity
+from .response import POWER, FrequencyResponse, Kind, as_names, check_kind, solve
+
+# Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
+_TURNS = 2
+
+
+class OrderResponse(eqx.Module):
+    """Steady vibration at each order: `values` (speed, order, output), complex; the motion is the sum over
+    the orders of Re(value e^(i order phi)), phi the angle of the shaft. `speeds`: rad/s. `orders`: per turn.
+    `units`: of each output, SI."""
+
+    speeds: Float[Array, " s"]
+    values: Complex[Array, "s k outputs"]
+    orders: tuple[float, ...] = eqx.field(static=True)
+    outputs: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
+
+    @property
+    def magnitude(self) -> Float[Array, "s k outputs"]:
+        return jnp.abs(self.values)
+
+    @property
+    def peak(self) -> Float[Array, "s outputs"]:
+        """The largest of all orders together within two turns."""
+        angles = jnp.linspace(0, 2 * np.pi * _TURNS, 720, endpoint=False)
+        waves = jnp.exp(1j * jnp.asarray(self.orders)[:, None] * angles)
+        return jnp.max(jnp.abs(jnp.einsum("sko,ka->sao", self.values, waves).real), axis=1)
+
+
+def unbalance_response(
+    machine: Machine,
+    outputs: str | Sequence[str],
+    speeds: Any,
+    kind: Kind = "receptance",
+    at: Any = "equilibrium",
+    shaft: str | None = None,
+) -> FrequencyResponse:
+    """Steady synchronous vibration of `outputs` at `speeds` (rad/s) under the machine's own unbalance.
+
+    The forces are those of the vector field itself: what a turn of the unbalanced machine in the steady
+    state of the balanced one has at once per turn (so static and dynamic unbalance, imperfections and any
+    part that turns with the shaft count alike). The motion is Re(value e^(i phi)), phi the shaft's angle.
+
+    `outputs`: as for `frequency_response`. `shaft`: where shafts turn at different speeds, a station of
+    the one whose unbalance is meant; its own speed is then the frequency. By default the driven one.
+    """
+    check_kind(kind)
+    found = _at_orders(machine, outputs, speeds, (1.0,), at, shaft)
+    rate = (1j * found.speeds[:, None]) ** POWER[kind]
+    return FrequencyResponse(
+        found.speeds, found.values[:, 0] * rate, found.outputs, (), kind, found.units
+    )
+
+
+def order_response(
+    machine: Machine,
+    outputs: str | Sequence[str],
+    speeds: Any,
+    orders: Sequence[float],
+    at: Any = "equilibrium",
+    shaft: str | None = None,
+) -> OrderResponse:
+    """Steady vibration of `outputs` at `orders` (halves and whole numbers of periods in a turn), under all
+    that turns with the shaft: engine harmonics, transmission errors, unbalance. With an `EngineTorque` and
+    `"shaft.torque"` out it is the forced torsional vibration over speed, order by order.
+
+    Everything else as for `unbalance_response`. The torsional dynamics are those of the mean torque.
+    """
+    for order in orders:
+        if not (order > 0 and float(2 * order).is_integer()):
+            raise InputError(f"orders are multiples of one half, positive, but one is {order!r}")
+    return _at_orders(machine, outputs, speeds, tuple(map(float, orders)), at, shaft)
+
+
+def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
+    outputs = as_names(outputs)
+    speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
+    machine.check()
+    found = outputs_of(machine, coordinate_order(machine)[3], outputs)
+    geared = any(isinstance(c, Geared) for c in machine.connectors)
+    if shaft is not None and shaft not in machine.wiring.stations:
+        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
+    if geared:
+        machine = _only(machine, _members(machine, shaft))
+    values = _amplitudes(machine, found, speeds, orders, at, shaft if geared else None)
+    units = tuple(o.unit for o in found)
+    return OrderResponse(speeds, values, orders, outputs, units)
+
+
+@eqx.filter_jit
+def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
+    zero = jnp.zeros(())
+    actual, nominal = assemble(machine), assemble(machine, nominal=True)
+    order = coordinate_order(machine)[2]
+    turn = jnp.ones(())
+    if nominal.turn is not None and shaft is not None:
+        turn = nominal.turn[nominal.layout.internal[machine.wiring.stations.index(shaft)]]
+    count = max(256, 8 * _TURNS * int(np.ceil(max(orders))))
+    angles = 2 * jnp.pi * _TURNS * jnp.arange(count) / count
+
+    def one(speed):
+        model = linearize(machine, speed, at)
+        y = to_flat(model.state, nominal, (nominal.reference(zero)[0], speed, zero))
+        held = None
+        if not isinstance(at, State):
+            M = model.M[np.ix_(np.argsort(order), np.argsort(order))]
+            held = holding(balanced, nominal, y, (zero, speed, zero), M)
+
+        def excess(angle):
+            reference = (angle / turn, speed, zero)
+            return tuple(
+                f(actual) - f(nominal)
+                for f in (
+                    lambda s: relative_field(zero, y, s, reference, held),
+                    lambda s: observe(_of(s), outputs, s, y, reference),
+                )
+            )
+
+        def _of(system):
+            return machine if system is actual else balanced
+
+        forces, direct = jax.vmap(excess)(angles)
+        C = sensitivity(balanced, outputs, nominal, y, (zero, speed, zero))
+        sorted_rows = internal_order(order, C.shape[1])
+        C, forces = C[:, sorted_rows], forces[:, sorted_rows]
+
+        def at_order(k):
+            share = 2 / count * jnp.exp(-1j * k * angles)
+            return C @ solve(model.A, k * turn * speed, share @ forces) + share @ direct
+
+        return jnp.stack([at_order(k) for k in orders])
+
+    balanced = _only(machine, frozenset())
+    return jax.lax.map(one, speeds)
+
+
+def _driven(machine: Machine) -> int:
+    """The station whose spin is the reference."""
+    layout = lay_out(structure_of(machine))
+    node = root(layout)
+    if node >= layout.n_nodes:
+        return layout.ground[node - layout.n_nodes]
+    return layout.internal.index(node)
+
+
+def _members(machine: Machine, shaft: str | None) -> frozenset[str]:
+    """Names of the elements on the shaft that `shaft` stands on: what is reached without passing gears."""
+    links = [
+        (name, ends)
+        for name, ends, c in zip(machine.wiring.connectors, machine.wiring.ends, machine.connectors)
+        if not isinstance(c, Geared)
+    ]
+    stations = machine.wiring.stations
+    reached = {stations.index(shaft) if shaft is not None else _driven(machine)}
+    grown = True
+    while grown:
+        new = {s for _, ends in links if any(e in reached for e, _ in ends) for s, _ in ends}
+        new -= reached
+        reached |= new
+        grown = bool(new)
+    names = {stations[s] for s in reached if s < len(machine.stations)}
+    for name, ends in zip(machine.wiring.connectors, machine.wiring.ends):
+        if ends[0][0] in reached:  # a gear pair's error belongs to its gear a
+            names.add(name)
+    return frozenset(names)
+
+
+def _only(machine: Machine, names: frozenset[str]) -> Machine:
+    """All but `names` balanced."""
+
+    def kept(parts, known):
+        return tuple(
+            part.nominal() if isinstance(part, Nominal) and name not in names else part
+            for name, part in zip(known, parts)
+        )
+
+    return eqx.tree_at(
+        lambda m: (m.stations, m.connectors),
+        machine,
+        (
+            kept(machine.stations, machine.wiring.stations),
+            kept(machine.connectors, machine.wiring.connectors),
+        ),
+    )

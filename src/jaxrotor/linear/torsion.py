@@ -1,0 +1,154 @@
+"""Torsion in its own right: modes with the torque in every shaft, and what excites them where."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..errors import InputError
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..protocol import AbstractConnector, Signalling
+from .linearise import LinearModel, linearize
+from .lowest import lowest
+from .observe import outputs_of
+from .response import output_rows
+
+
+class TorsionalMode(NamedTuple):
+    """One torsional mode, the largest angle 1 rad.
+
+    - `name`: "torsional 1", ...; `frequency`: rad/s; `damping_ratio`.
+    - `angles`: station -> complex angle, rad.
+    - `torques`: shaft, coupling or gear -> complex torque in it, N·m (a gear's tooth force, N).
+    - `inertia_torques`: station -> what its inertia asks for, N·m: Holzer's column `J w² angle`.
+    """
+
+    name: str
+    frequency: float
+    damping_ratio: float
+    angles: dict[str, complex]
+    torques: dict[str, complex]
+    inertia_torques: dict[str, complex]
+
+
+class Interference(NamedTuple):
+    """A natural frequency met by an order of excitation at `speed`, rad/s; `separation`: how far that is
+    from the range of speeds, as a part of its nearer end; 0 within."""
+
+    mode: str
+    order: float
+    speed: float
+    separation: float
+
+
+def torsional(model: LinearModel) -> LinearModel:
+    """The twisting of a linear model alone, all other coordinates held: a `LinearModel` over phi."""
+    rows = np.array([i for i, (_, c) in enumerate(model.coordinates) if c == "phi"], int)
+    if not rows.size:
+        raise InputError("nothing can twist in this machine: every phi is held")
+    n, d = model.M.shape[0], model.A.shape[0]
+    inside = np.arange(2 * n, d)
+    M, C, G, K = (x[np.ix_(rows, rows)] for x in (model.M, model.C, model.G, model.K))
+    pull = (model.M @ model.A[n : 2 * n][:, inside])[rows]
+    zero, one = jnp.zeros(K.shape), jnp.eye(rows.size)
+    top = jnp.concatenate([zero, one, jnp.zeros((rows.size, inside.size))], axis=1)
+    middle = jnp.linalg.solve(M, jnp.concatenate([-K, -C - G, pull], axis=1))
+    whole = np.concatenate([rows, n + rows, inside])
+    A = jnp.concatenate([top, middle, model.A[np.ix_(inside, whole)]])
+    B = jnp.concatenate([zero, jnp.linalg.inv(M), jnp.zeros((inside.size, rows.size))])
+    labels = tuple(model.coordinates[i] for i in rows)
+    return LinearModel(M, C, G, K, A, B, model.speed, model.state, labels)
+
+
+def torsional_modes(
+    machine: Machine, speed: Any = 0.0, count: int | None = None, at: Any = "equilibrium"
+) -> list[TorsionalMode]:
+    """The torsional modes at `speed` (rad/s) by rising frequency, lateral and axial motion held, with the
+    torque in every shaft: what Holzer's table lists, for branched and damped machines too.
+
+    Source: Holzer, Die Berechnung der Drehschwingungen (1921); Friswell et al. (2010), ch. 9.
+    """
+    model = linearize(machine, speed, at)
+    twisting = torsional(model)
+    values, shapes = lowest(twisting, count)
+    names = _carriers(machine)
+    C = np.asarray(output_rows(machine, outputs_of(machine, model.coordinates, names), model))
+    n = model.M.shape[0]
+    rows = [i for i, (_, c) in enumerate(model.coordinates) if c == "phi"]
+    stations = [s for s, _ in twisting.coordinates]
+    M = np.asarray(twisting.M)
+    found = []
+    for k, value in enumerate(values):
+        shape = shapes[:, k]
+        state = np.zeros(C.shape[1], complex)
+        state[rows], state[[n + i for i in rows]] = shape, value * shape
+        inside = np.asarray(twisting.A)[2 * len(rows) :]
+        own = inside[:, 2 * len(rows) :]
+        drive = inside[:, : 2 * len(rows)] @ np.concatenate([shape, value * shape])
+        state[2 * n :] = np.linalg.solve(value * np.eye(len(own)) - own, drive)
+        size = abs(value)
+        found.append(
+            TorsionalMode(
+                f"torsional {k + 1}",
+                float(value.imag),
+                float(-value.real / size),
+                dict(zip(stations, map(complex, shape))),
+                dict(zip((name.rpartition(".")[0] for name in names), map(complex, C @ state))),
+                dict(zip(stations, map(complex, size**2 * (M @ shape)))),
+            )
+        )
+    return found
+
+
+def _carriers(machine: Machine) -> tuple[str, ...]:
+    """Of each shaft, coupling and gear the signal that says what it carries."""
+    lineup = structure_of(machine)
+    names, found = iter(lineup.wiring.connectors), []
+    for block in lineup.connectors:
+        one = block.one()
+        offered = one.signals if isinstance(one, Signalling) else {}
+        signal = next((s for s in ("torque", "tooth_force") if s in offered), None)
+        for _ in range(len(block)):
+            name = next(names)
+            if signal is not None and isinstance(one, AbstractConnector):
+                found.append(f"{name}.{signal}")
+    return tuple(found)
+
+
+def holzer_table(mode: TorsionalMode) -> str:
+    """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part."""
+    w = mode.frequency
+    lines = [f"{mode.name}: {w:.6g} rad/s, {w / (2 * np.pi):.6g} Hz"]
+    width = max(map(len, ("station", *mode.angles, *mode.torques)))
+    lines.append(f"{'station'.ljust(width)}  {'angle, rad':>12}  {'J w² angle, N·m':>16}")
+    for name, angle in mode.angles.items():
+        torque = mode.inertia_torques[name]
+        lines.append(f"{name.ljust(width)}  {angle.real:12.6f}  {torque.real:16.6g}")
+    lines.append(f"{'between'.ljust(width)}  {'torque, N·m':>12}")
+    lines += [f"{name.ljust(width)}  {t.real:12.6g}" for name, t in mode.torques.items()]
+    return "\n".join(lines)
+
+
+def interferences(
+    machine: Machine,
+    orders: Sequence[float],
+    speeds: tuple[float, float],
+    count: int = 6,
+    at: Any = "undeformed",
+) -> list[Interference]:
+    """Where the `orders` of excitation (periods in a turn) meet torsional frequencies, by rising speed.
+    `speeds`: the range (rad/s) in which the machine runs; the modes are those at its middle."""
+    low, high = map(float, speeds)
+    if not 0 < low <= high:
+        raise InputError(f"speeds must be a positive range (low, high) in rad/s, but is {speeds!r}")
+    if not all(order > 0 for order in orders):
+        raise InputError(f"orders must be positive, but are {tuple(orders)!r}")
+    found = []
+    for mode in torsional_modes(machine, 0.5 * (low + high), count, at):
+        for order in orders:
+            speed = mode.frequency / order
+            gap = max(1 - speed / low, speed / high - 1, 0.0)
+            found.append(Interference(mode.name, float(order), speed, gap))
+    return sorted(found, key=lambda f: f.speed)

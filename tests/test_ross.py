@@ -1,0 +1,135 @@
+"""Machines from ROSS 2.3: natural frequencies at five speeds and unbalance response of three of its own
+example rotors, both programs given one description; what cannot be carried is refused."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import jaxrotor as jr
+from jaxrotor.interop import from_ross
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # ROSS looks for fluid libraries that it does without
+    ross = pytest.importorskip("ross", reason="the extra `interop` is not installed")
+
+SPEEDS = [0.0, 60.0, 200.0, 500.0, 1000.0]
+# rotor, (node of the unbalance, kg m, rad), nodes observed
+ROTORS = {
+    "rotor_example": ((2, 2e-4, 0.4), (0, 2, 3)),
+    "rotor_example_with_damping": ((12, 3e-5, -1.1), (4, 12, 20)),
+    "coaxrotor_example": ((13, 1e-4, 2.0), (1, 13, 18)),
+    "compressor_example": ((26, 1e-4, 0.7), (7, 26, 48)),
+}
+
+
+@pytest.fixture(scope="module", params=ROTORS)
+def rotor(request):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the compressor's file is of an older version
+        return request.param, getattr(ross, request.param)()
+
+
+@pytest.fixture(scope="module")
+def machine(rotor):
+    name, theirs = rotor
+    # tables are taken at the speeds compared, since the programs interpolate differently
+    speeds = SPEEDS if name == "compressor_example" else None
+    return from_ross(theirs, unbalance=[ROTORS[name][0]], table_speeds=speeds)
+
+
+def lowest(values, count=12):
+    values = values[values.imag > 1.0]
+    return values[np.argsort(np.abs(values))][:count]
+
+
+def test_natural_frequencies(rotor, machine):
+    """The twelve lowest at each of five speeds: frequency to 1e-6, decay to 1e-6 of the frequency."""
+    for speed in SPEEDS:
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        theirs = lowest(np.linalg.eigvals(rotor[1].A(speed)))
+        assert len(mine) == 12
+        # whirl in two planes at rest has one frequency twice: the order within is free
+        gap = np.min(np.abs(mine[:, None] - theirs[None]), axis=1) / np.abs(mine)
+        assert np.all(gap < 1e-6), (speed, gap)
+        gap = np.min(np.abs(mine[:, None] - theirs[None]), axis=0) / np.abs(theirs)
+        assert np.all(gap < 1e-6), (speed, gap)
+
+
+@pytest.mark.filterwarnings("ignore:Extrapolating")  # both take its tables there
+def test_unbalance_response(rotor, machine):
+    """Magnitude and phase along x and y, 1e-5."""
+    name, theirs = rotor
+    (node, magnitude, phase), nodes = ROTORS[name]
+    speeds = np.array(SPEEDS[1:])
+    outputs = [f"node {n}.{c}" for n in nodes for c in "xy"]
+    mine = np.asarray(jr.unbalance_response(machine, outputs, speeds, at="undeformed").values)
+    found = theirs.run_unbalance_response(node, magnitude, phase, frequency=speeds).forced_resp
+    last = len(theirs.nodes) - 1
+    for k, n in enumerate(nodes):
+        first = 6 * n if n <= last else 6 * (last + 1) + 3 * (n - last - 1)
+        expected = found[first : first + 2].T
+        assert np.all(np.abs(expected) > 0)
+        np.testing.assert_allclose(mine[:, 2 * k : 2 * k + 2] / expected, 1.0, rtol=0, atol=1e-5)
+
+
+def example(**options):
+    """ROSS's own rotor_example with other options of one shaft element, disk or bearing."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+    shaft = dict(L=0.25, idl=0.0, odl=0.05, material=steel) | options.get("shaft", {})
+    elements = [ross.ShaftElement(**shaft) for _ in range(3)]
+    disk = ross.DiskElement(1, 30.0, 0.2, 0.3) if "disk" not in options else options["disk"]
+    bearing = dict(kxx=1e6, cxx=100.0) | options.get("bearing", {})
+    return ross.Rotor(
+        elements,
+        [disk],
+        [ross.BearingElement(n, **bearing) for n in (0, 3)],
+        **options.get("rotor", {}),
+    )
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (dict(shaft=dict(gyroscopic=False)), "gyroscopic moments go with rotary inertia"),
+        (dict(shaft=dict(shear_method_calc="hutchinson")), "must be Cowper's, but is hutchinson's"),
+        (dict(shaft=dict(axial_force=10.0)), "axial_force and torque within a shaft"),
+        (dict(shaft=dict(idl=0.01, idr=0.02)), "a bore that tapers"),
+        (dict(bearing=dict(mxx=3.0)), "mass coefficients of a bearing"),
+    ],
+)
+def test_what_cannot_be_carried_is_refused(options, words):
+    with pytest.raises(jr.InputError, match=words):
+        from_ross(example(**options))
+
+
+def test_unbalance_needs_a_disk_and_a_rotor_is_a_rotor():
+    with pytest.raises(
+        jr.InputError, match="node 2: there is no disk to carry it: put it at one of 1"
+    ):
+        from_ross(example(), unbalance=[(2, 1e-4, 0.0)])
+    with pytest.raises(
+        jr.InputError, match="takes a ross.Rotor or ross.CoAxialRotor, but .* a str"
+    ):
+        from_ross("rotor.toml")
+
+
+def test_a_tapered_shaft_bends_alike():
+    """Lateral modes of tapered elements agree; torsion differs, for ROSS takes the mean of the ends."""
+    theirs = example(shaft=dict(odl=0.05, odr=0.04))
+    machine = from_ross(theirs)
+    found = jr.modes(jr.linearize(machine, 100.0, at="undeformed"), 8)
+    expected = lowest(np.linalg.eigvals(theirs.A(100.0)), 40)
+    lateral = [m for m in found if m.kind == "lateral"]
+    assert len(lateral) >= 4
+    for mode in lateral:
+        assert np.min(np.abs(expected - mode.eigenvalue)) < 1e-6 * abs(mode.eigenvalue)
+
+
+def test_it_runs_in_time():
+    """With a drive the carried machine starts up, and its disk whirls with the shaft."""
+    ramp = {"node 0": {"phi": jr.CosineRamp(speed=50.0, duration=0.2)}}
+    machine = from_ross(example(), [(1, 1e-3, 0.0)], fixed={"node 0": ("z",)}, prescribed=ramp)
+    run = jr.simulate(machine, 0.3, 1000.0)
+    assert float(run["node 3"].speed[-1]) == pytest.approx(50.0, rel=1e-3)
+    assert np.hypot(run["node 1"].x, run["node 1"].y).max() > 1e-7
