@@ -348,7 +348,7 @@ def test_polar(unbalance):
     np.testing.assert_allclose(size * np.exp(-1j * lag), 1e6 * values[:, 0], atol=1e-9)
     peak = int(np.argmax(np.abs(values[:, 0])))
     rpm = float(unbalance.frequencies[peak]) * 30 / np.pi
-    words = f"d.x, peak {1e6 * abs(values[peak, 0]):.3g} µm at {rpm:.4g} rpm"
+    words = f"d.x, peak {1e6 * abs(values[peak, 0]):.4g} µm at {rpm:.4g} rpm"
     assert line.get_label() == words
     assert "amplitude, µm" in first.get_title() and "amplitude, mrad" in second.get_title()
     assert first.get_yticklabels()[-1].get_text().endswith(" µm")

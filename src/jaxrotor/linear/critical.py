@@ -1,5 +1,6 @@
 """Critical speeds, directly: where a mode's frequency is so many times the speed."""
 
+from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
@@ -13,7 +14,7 @@ from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize
 
-_STEPS = 30
+_STEPS = 20
 
 
 def critical_speeds(
@@ -28,7 +29,7 @@ def critical_speeds(
     Undamped: `K u = w² (M - i G1/order) u`, with M, K at rest and G1 the gyroscopic matrix per speed: one
     eigenvalue problem gives all of them, forward and backward whirl and torsion (a machine with speed-
     dependent parts needs `damped=True`). `damped`: from there Im lambda(speed) = order speed is solved by
-    Newton's method on the full model at each speed; those that damping removes are left out. Derivatives by
+    the secant method on the full model at each speed; those that damping removes are left out. Derivatives by
     every parameter are exact in both modes. `count`: only the lowest so many (needed under `jit`).
 
     Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
@@ -43,7 +44,7 @@ def critical_speeds(
     else:
         values = values[:count]
     if damped:
-        values = jax.vmap(lambda w: _refined(machine, w, float(order), at))(values)
+        values = _refined(machine, values, float(order), at)
         known = np.asarray(jax.lax.stop_gradient(values))
         keep = np.flatnonzero(np.isfinite(known))
         values = values[keep[np.argsort(known[keep])]]
@@ -68,26 +69,47 @@ def _undamped(machine: Machine, order, at) -> Array:
     return jnp.sort(speeds)[::2][:n]
 
 
-def _refined(machine: Machine, start, order: float, at) -> Array:
-    """The speed near `start` at which a mode of the damped machine has `order` times that frequency."""
+@eqx.filter_jit
+def _refined(machine: Machine, starts: Array, order: float, at) -> Array:
+    """The speeds near `starts` at which a mode of the damped machine has `order` times that frequency."""
 
-    def gap(speed):
-        model = linearize(machine, speed, at)
-        values, _, _ = eigensystem(model.A)
-        target = order * jax.lax.stop_gradient(speed)
-        i = jnp.argmin(jnp.abs(values - 1j * target))
-        return values[i].imag - order * speed
+    def near(start):
+        def gap(speed):
+            values, _, _ = eigensystem(linearize(machine, speed, at).A)
+            target = order * jax.lax.stop_gradient(speed)
+            i = jnp.argmin(jnp.abs(values - 1j * target))
+            return values[i].imag - order * speed
 
-    def step(_, speed):
-        value, slope = jax.jvp(gap, (speed,), (jnp.ones_like(speed),))
-        return speed - value / slope
+        return root(gap, start, _STEPS)
 
-    still = jax.lax.stop_gradient(start)
-    speed = jax.lax.stop_gradient(jax.lax.fori_loop(0, _STEPS, step, still))
-    # one more step, differentiated: the implicit function theorem
-    value, slope = jax.jvp(gap, (speed,), (jnp.ones_like(speed),))
-    out = speed - value / jax.lax.stop_gradient(slope)
-    return jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(speed), out, jnp.nan)
+    return jax.lax.map(near, starts)
+
+
+def root(gap: Callable[[Array], Array], start: Array, steps: int) -> Array:
+    """The zero of `gap` near `start` by the secant method, NaN where none is reached; exact derivatives by
+    all that `gap` depends on (one Newton step, differentiated: the implicit function theorem)."""
+
+    def point(x):
+        return x, jnp.full_like(x, jnp.nan)
+
+    start = jax.lax.stop_gradient(start)
+    # the loop evaluates the first two points too: one copy of `gap` in the program
+    first, second = start * (1 + 1e-4), start
+
+    def step(k, state):
+        (x, y), (x_before, y_before) = state
+        given = jnp.where(k == 0, first, second)
+        flat = jnp.abs(y - y_before) <= 1e-14 * jnp.abs(x)
+        new = x - jnp.where(flat, 0.0, y * (x - x_before) / jnp.where(flat, 1.0, y - y_before))
+        # a fifth of the way at most: eigenvalues change their order beyond
+        new = jnp.where(k < 2, given, jnp.clip(new, 0.8 * x, 1.25 * x))
+        return (new, gap(new)), (x, y)
+
+    (x, _), _ = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
+    x = jax.lax.stop_gradient(x)
+    value, slope = jax.jvp(gap, (x,), (jnp.ones_like(x),))
+    out = x - value / jax.lax.stop_gradient(slope)
+    return jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan)
 
 
 def stability_threshold(
@@ -95,7 +117,7 @@ def stability_threshold(
 ) -> Float[Array, ""]:
     """The lowest speed (rad/s) between `start` and `stop` at which an oscillating mode loses its damping.
 
-    A scan of `points` speeds finds where, Newton's method on Re lambda the speed itself; its derivatives by
+    A scan of `points` speeds finds where, the secant method on Re lambda the speed itself; its derivatives by
     every parameter are exact. Raises `InputError` where the machine stays stable (or is unstable at `start`).
     """
     machine.check()
@@ -126,13 +148,4 @@ def _growth(machine: Machine, speed, at) -> Array:
 
 @eqx.filter_jit
 def _threshold(machine: Machine, start, at) -> Array:
-    def growth(speed):
-        return _growth(machine, speed, at)
-
-    def step(_, speed):
-        value, slope = jax.jvp(growth, (speed,), (jnp.ones_like(speed),))
-        return speed - value / slope
-
-    speed = jax.lax.stop_gradient(jax.lax.fori_loop(0, 12, step, jax.lax.stop_gradient(start)))
-    value, slope = jax.jvp(growth, (speed,), (jnp.ones_like(speed),))
-    return speed - value / jax.lax.stop_gradient(slope)
+    return root(lambda speed: _growth(machine, speed, at), start, 15)

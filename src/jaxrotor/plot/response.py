@@ -35,7 +35,7 @@ _WIDE = 20.0
 _CLOSE, _LETTER, _ROW = 0.03, 0.0115, 0.085
 # The same in a polar panel, as parts of its radius; how far the data reach in it, and how
 # far dots are apart.
-_LETTER_POLAR, _ROW_POLAR, _REACH, _APART = 0.03, 0.065, 0.82, 0.05
+_LETTER_POLAR, _ROW_POLAR, _REACH, _APART = 0.03, 0.065, 0.82, 0.07
 
 
 def bode(
@@ -87,7 +87,7 @@ def _phases(ax: Axes, along: np.ndarray, lines: list[Line], response: FrequencyR
     step = next((s for s in (15, 45, 90, 180, 360, 720) if high - low < 8 * s), 3600)
     ax.yaxis.set_major_locator(MultipleLocator(step))
     if response.inputs:
-        label(ax, "frequency, Hz", "phase to the force, deg")
+        label(ax, "frequency, Hz", "phase to the input, deg")
     else:
         label(ax, "speed, rpm", "phase to the rotor's x axis, deg")
 
@@ -183,7 +183,7 @@ def _draw_polar(ax: Any, lines: list[tuple[int, Line]], response: FrequencyRespo
     for (k, line), path in zip(lines, paths):
         style = {**look(k, len(along)), "marker": ""}
         value, speed = size * np.abs(line.values).max(), along[np.argmax(np.abs(line.values))]
-        name = f"{line.name}, peak {value:.3g} {shown} at {number(speed)} {turns}"
+        name = f"{line.name}, peak {number(value)} {shown} at {number(speed)} {turns}"
         ax.plot(-np.angle(path), radius * np.abs(path), label=name, **style)
     placed: list[tuple[int, complex]] = []
     for k, speed, at, peak in spots:
@@ -234,7 +234,7 @@ def _radial(ax: Any, room: Room, paths: list[np.ndarray], shown: str, radius: fl
 
     way = min(ways, key=far)
     rings = np.asarray(MaxNLocator(4).tick_values(0, radius))
-    rings = rings[(rings > 0) & (rings < 0.97 * radius)]
+    rings = rings[(rings > 0) & (rings < 0.93 * radius)]
     texts = [f"{ring:g}" for ring in rings]
     texts[-1:] = [f"{text} {shown}" for text in texts[-1:]]
     ax.set_yticks(rings, texts, fontsize=8, color=GREY)
