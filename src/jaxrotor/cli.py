@@ -1,4 +1,4 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell|response STUDY.toml`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -54,6 +54,7 @@ examples:
   jaxrotor run configs/two_rotor_startup.toml --out trial  simulate, into another folder
   jaxrotor modes configs/friswell_two_disc.toml --speed "3000 rpm"     frequencies, damping, whirl
   jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
+  jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -92,6 +93,10 @@ def parser() -> argparse.ArgumentParser:
     modes = command("modes", "print natural frequencies, damping and whirl of each mode")
     modes.add_argument("--speed", metavar="SPEED", help='such as "3000 rpm" (default: at rest)')
     modes.add_argument("--count", type=int, default=12, help="how many modes (default: 12)")
+    modes.add_argument(
+        "--out", metavar="DIR", type=Path, help="write their shapes, drawn and as numbers"
+    )
+    modes.add_argument("--force", action="store_true", help="write into a folder in use")
     campbell = command("campbell", "natural frequencies over speed: figure, table, critical speeds")
     campbell.add_argument(
         "--to",
@@ -101,9 +106,37 @@ def parser() -> argparse.ArgumentParser:
     campbell.add_argument("--points", type=int, default=61, help="speeds (default: 61)")
     campbell.add_argument("--modes", type=int, default=10, help="how many modes (default: 10)")
     campbell.add_argument(
+        "--orders", default="1", help="excitation per turn, such as 1,2,4 (default: 1)"
+    )
+    campbell.add_argument(
         "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_campbell)"
     )
     campbell.add_argument("--force", action="store_true", help="write into a folder in use")
+    response = command(
+        "response",
+        "unbalance response over speed, or the response to a harmonic force: Bode, polar",
+    )
+    response.add_argument(
+        "--outputs",
+        metavar="NAMES",
+        help='what to watch, such as "disc.x,bearing.force.x,shaft.torque" (default: the rotors)',
+    )
+    response.add_argument(
+        "--to",
+        metavar="SPEED",
+        help='highest speed or frequency, such as "6000 rpm" (default: 1.2 of the drive\'s)',
+    )
+    response.add_argument("--points", type=int, default=600, help="speeds (default: 600)")
+    response.add_argument(
+        "--at", metavar="NAMES", help='harmonic force instead of unbalance, at such as "disc.x"'
+    )
+    response.add_argument(
+        "--speed", metavar="SPEED", help="with --at: the speed of the machine (default: at rest)"
+    )
+    response.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_response)"
+    )
+    response.add_argument("--force", action="store_true", help="write into a folder in use")
     return top
 
 
@@ -125,6 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "show": _show,
             "modes": _modes,
             "campbell": _campbell,
+            "response": _response,
         }
         return commands[given.command](given)
     except InputError as error:
@@ -209,14 +243,35 @@ def _run(given: argparse.Namespace) -> int:
 def _modes(given: argparse.Namespace) -> int:
     from .study.linear import run_modes
 
-    return run_modes(_load(given.study), given.speed, given.count)
+    return run_modes(_load(given.study), given.speed, given.count, given.out, given.force)
 
 
 def _campbell(given: argparse.Namespace) -> int:
     from .study.linear import run_campbell
 
+    try:
+        orders = tuple(float(x) for x in given.orders.split(","))
+    except ValueError:
+        raise InputError(
+            f"`--orders`: must be numbers between commas, such as 1,2, but is {given.orders!r}"
+        ) from None
     return run_campbell(
-        _load(given.study), given.to, given.points, given.modes, given.out, given.force
+        _load(given.study), given.to, given.points, given.modes, orders, given.out, given.force
+    )
+
+
+def _response(given: argparse.Namespace) -> int:
+    from .study.response import run_response
+
+    return run_response(
+        _load(given.study),
+        given.outputs,
+        given.to,
+        given.points,
+        given.at,
+        given.speed,
+        given.out,
+        given.force,
     )
 
 

@@ -109,7 +109,7 @@ def root(gap: Callable[[Array], Array], start: Array, steps: int) -> Array:
     x = jax.lax.stop_gradient(x)
     value, slope = jax.jvp(gap, (x,), (jnp.ones_like(x),))
     out = x - value / jax.lax.stop_gradient(slope)
-    return jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan)
+    return jnp.asarray(jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan))
 
 
 def stability_threshold(

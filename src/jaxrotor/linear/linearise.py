@@ -34,7 +34,8 @@ class LinearModel(eqx.Module):
       what multiplies q': G holds the gyroscopic moments (and a seal's or film's cross damping). K need not
       be symmetric. Internal states are held still in these four.
     - `A`: (d, d), `B`: (d, n). `speed`: rad/s. `state`: the steady state, as the user sees it.
-    - `coordinates`: (station, coordinate) of each row.
+    - `coordinates`: (station, coordinate) of each row; `spins`: speed of that station, rad/s (behind gears
+      another than `speed`).
 
     A pytree: `jax.vmap` over speeds or parameters and derivatives in both modes work.
     """
@@ -46,6 +47,7 @@ class LinearModel(eqx.Module):
     A: Float[Array, "d d"]
     B: Float[Array, "d n"]
     speed: Float[Array, ""]
+    spins: Float[Array, " n"]
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
@@ -161,6 +163,9 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
     whole = internal_order(order, A.shape[0])
+    state = from_flat(zero, y, system, reference)
+    names = structure_of(machine).wiring.stations
+    spins = state.velocity[np.array([names.index(s) for s, _ in labels], int), 5]
     grid, both = np.ix_(order, order), np.ix_(whole, whole)
     return LinearModel(
         M[grid],
@@ -170,7 +175,8 @@ def _linearize(machine: Machine, speed, at) -> LinearModel:
         A[both],
         B[np.ix_(whole, order)],
         speed,
-        from_flat(zero, y, system, reference),
+        spins,
+        state,
         labels,
     )
 

@@ -78,20 +78,23 @@ def describe(model: LinearModel, shapes: np.ndarray) -> tuple[dict[str, np.ndarr
         "torsional": coordinate == "phi",
     }
     shares = {name: energy[rows].sum(axis=0) / total for name, rows in parts.items()}
-    sense = 1.0 if float(model.speed) >= 0 else -1.0
-    return shares, sense * whirl_of(model.coordinates, np.abs(np.diag(M)), shapes)
+    sense = np.where(np.asarray(model.spins) < 0, -1.0, 1.0)
+    return shares, whirl_of(model.coordinates, np.abs(np.diag(M)), shapes, sense)
 
 
 def whirl_of(
-    coordinates: tuple[tuple[str, str], ...], weight: np.ndarray, shapes: np.ndarray
+    coordinates: tuple[tuple[str, str], ...],
+    weight: np.ndarray,
+    shapes: np.ndarray,
+    sense: np.ndarray,
 ) -> np.ndarray:
-    """How circular the orbits of shapes (n, m) are, weighed by `weight` (n,): -1 to 1, counter-clockwise
-    positive."""
+    """How circular the orbits of shapes (n, m) are, weighed by `weight` (n,): -1 to 1, positive in the
+    `sense` (n,) of each station's spin, 1 for counter-clockwise."""
     one, other, sign = _planes(coordinates)
     a, b = shapes[one], sign[:, None] * shapes[other]
     weight = weight[one][:, None]
     # x = Re X e^{iwt}, y = Re Y e^{iwt}: counter-clockwise where Y lags X by a quarter
-    turning = np.sum(-2 * weight * np.imag(np.conj(a) * b), axis=0)
+    turning = np.sum(-2 * weight * sense[one][:, None] * np.imag(np.conj(a) * b), axis=0)
     size = np.sum(weight * (np.abs(a) ** 2 + np.abs(b) ** 2), axis=0)
     return np.divide(turning, size, out=np.zeros_like(turning), where=size > 0)
 

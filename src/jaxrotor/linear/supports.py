@@ -82,9 +82,10 @@ def critical_speed_map(
             np.linalg.solve(whirling, 0.5 * (K + K.T) + k * np.diag(held))
         )
         size = np.abs(squares).max()
-        real = (squares.real > 1e-12 * size) & (np.abs(squares.imag) < 1e-6 * np.abs(squares))
-        forward = real & (whirl_of(labels, np.abs(np.diag(M)), shapes) > 0)
-        speeds = np.sort(np.sqrt(squares.real[forward]))[:count]
+        straight = np.abs(np.imag(squares)) < 1e-6 * np.abs(squares)
+        real = (np.real(squares) > 1e-12 * size) & straight
+        forward = real & (whirl_of(labels, np.abs(np.diag(M)), shapes, np.ones(lateral.size)) > 0)
+        speeds = np.sort(np.sqrt(np.real(squares)[forward]))[:count]
         found[i, : speeds.size] = speeds
     return CriticalSpeedMap(stiffness, found, names, {name: _own(known[name]) for name in names})
 
@@ -99,7 +100,7 @@ def _without(machine: Machine, name: str) -> Machine:
     else:
         k = support.stiffness
         k = jnp.diag(k) if k.ndim == 1 else k
-        replaced = LinearSupport(keep[:, None] * k * keep, jnp.zeros(6))
+        replaced = LinearSupport(jnp.asarray(keep[:, None] * k * keep), jnp.zeros(6))
     return machine.set({name: replaced})
 
 

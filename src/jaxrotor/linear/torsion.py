@@ -59,7 +59,7 @@ def torsional(model: LinearModel) -> LinearModel:
     A = jnp.concatenate([top, middle, model.A[np.ix_(inside, whole)]])
     B = jnp.concatenate([zero, jnp.linalg.inv(M), jnp.zeros((inside.size, rows.size))])
     labels = tuple(model.coordinates[i] for i in rows)
-    return LinearModel(M, C, G, K, A, B, model.speed, model.state, labels)
+    return LinearModel(M, C, G, K, A, B, model.speed, model.spins[rows], model.state, labels)
 
 
 def torsional_modes(

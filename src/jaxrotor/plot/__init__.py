@@ -4,6 +4,7 @@ from .chart import Curve as Curve, chart as chart
 from .forces import bearing_forces as bearing_forces
 from .linear import campbell_diagram as campbell_diagram, stability_map as stability_map
 from .machine import draw_machine as draw_machine
+from .maps import interference_diagram as interference_diagram, support_map as support_map
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration
 from .paths import distances as distances, trajectories as trajectories
 from .response import bode as bode, polar as polar

@@ -1,98 +1,106 @@
 """What `jaxrotor modes` and `jaxrotor campbell` do: linear analysis of a study's machine."""
 
-import csv
-import json
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
-from ..files import folder_written_whole, written_whole
-from ..units import read
+from ..files import folder_written_whole
+from .options import RPM, positive, reach_of, speed_of, study_name
 from .study import Study
-
-RPM = 30 / np.pi
-
-
-def speed_of(text: str | None, option: str) -> float | None:
-    """An option such as "3000 rpm", rad/s."""
-    if text is None:
-        return None
-    try:
-        return float(read(text, "rad/s"))
-    except ValueError as error:
-        raise InputError(f"`{option}`: {error}") from None
+from .written import save_figure, save_json, save_table
 
 
-def run_modes(study: Study, speed: str | None, count: int) -> int:
-    """Prints the lowest modes of the machine at a speed, in its deflected state."""
+def run_modes(
+    study: Study, speed: str | None, count: int, out: Path | None = None, force: bool = False
+) -> int:
+    """Prints the lowest modes of the machine at a speed, in its deflected state; into `out` also their
+    shapes, as figures and numbers."""
     from ..linear.linearise import linearize
     from ..linear.modes import modes, table
 
     at = speed_of(speed, "--speed") or 0.0
-    found = modes(linearize(study.machine, at), _positive(count, "--count"))
+    model = linearize(study.machine, at)
+    found = modes(model, positive(count, "--count"))
     print(f"{study.title or study.name}: modes at {at * RPM:.6g} rpm ({at:.6g} rad/s)")
     print(table(found) if found else "nothing oscillates at this speed")
+    if out is None or not found:
+        return 0
+    from ..plot.shapes import mode_shapes
+
+    with folder_written_whole(out, force) as part:
+        for view in ("2d", "3d"):
+            figure = mode_shapes(study.machine, model, range(1, len(found) + 1), view)
+            save_figure(figure, part / f"modes_{view}.png")
+        header = ["station.coordinate", *(f"{m.name}, {q}" for m in found for q in ("re", "im"))]
+        rows = [
+            [f"{s}.{c}", *(f"{x:.10g}" for m in found for x in (m.shape[i].real, m.shape[i].imag))]
+            for i, (s, c) in enumerate(model.coordinates)
+        ]
+        save_table(part / "modes.csv", header, rows)
+        summary = {
+            "study": study_name(study),
+            "speed_rad_s": at,
+            "modes": [
+                {
+                    "name": m.name,
+                    "frequency_rad_s": m.frequency,
+                    "damping_ratio": m.damping_ratio,
+                    "log_decrement": m.log_decrement,
+                    "whirl": m.whirl,
+                    "energy": m.shares,
+                }
+                for m in found
+            ],
+        }
+        save_json(part / "summary.json", summary)
+    print(f"{out}/: modes.csv, modes_2d.png, modes_3d.png, summary.json")
     return 0
 
 
 def run_campbell(
-    study: Study, top: str | None, points: int, count: int, out: Path | None, force: bool
+    study: Study,
+    top: str | None,
+    points: int,
+    count: int,
+    orders: tuple[float, ...],
+    out: Path | None,
+    force: bool,
 ) -> int:
     """Writes campbell.png, campbell.csv and summary.json; prints the critical speeds."""
     from ..linear.campbell import campbell
     from ..linear.critical import critical_speeds
     from ..plot.linear import campbell_diagram
-    from ..solve.plan import top_speed
 
     machine = study.machine
-    reach = speed_of(top, "--to")
-    if reach is None:
-        reach = 1.2 * top_speed(machine, study.settings.t_end, study.settings.speed)[1]
-    if not reach > 0:
-        raise InputError(
-            "`--to`: the highest speed must be positive, and this machine's drive gives none: write "
-            '--to "6000 rpm"'
-        )
+    reach = reach_of(study, top)
     if points < 2:
         raise InputError(f"`--points`: must be two at least, but is {points}")
-    found = campbell(machine, np.linspace(0.0, reach, points), _positive(count, "--modes"))
-    critical = np.asarray(critical_speeds(machine))
-    critical = critical[critical <= reach]
+    if not orders or not all(order > 0 for order in orders):
+        raise InputError("`--orders`: must be positive numbers, such as --orders 1,2")
+    speeds = np.linspace(0.0, reach, points)
+    found = campbell(machine, speeds, positive(count, "--modes"), progress=True)
+    critical = {order: np.asarray(critical_speeds(machine, order)) for order in orders}
+    critical = {order: w[w <= reach].tolist() for order, w in critical.items()}
     folder = out if out is not None else Path("results") / f"{study.name}_campbell"
     with folder_written_whole(folder, force) as part:
-        figure = campbell_diagram(found)
-        with written_whole(part / "campbell.png") as file:
-            figure.savefig(file, dpi=150, format="png")
-        with written_whole(part / "campbell.csv") as file, open(file, "w", newline="") as lines:
-            writer = csv.writer(lines)
-            writer.writerow(
-                ["speed, rad/s"]
-                + [f"{n}, {q}" for n in found.names for q in ("rad/s", "damping ratio", "whirl")]
-            )
-            for i, speed in enumerate(found.speeds):
-                row = [
-                    x[i, k]
-                    for k in range(len(found.names))
-                    for x in (found.frequencies, found.damping_ratios, found.whirl)
-                ]
-                writer.writerow([f"{v:.10g}" for v in (speed, *row)])
+        save_figure(campbell_diagram(found, orders, critical), part / "campbell.png")
+        header = ["speed, rad/s"]
+        header += [f"{n}, {q}" for n in found.names for q in ("rad/s", "damping ratio", "whirl")]
+        columns = np.stack([found.frequencies, found.damping_ratios, found.whirl], axis=-1)
+        rows = np.concatenate([found.speeds[:, None], columns.reshape(points, -1)], axis=1)
+        save_table(part / "campbell.csv", header, [[f"{v:.10g}" for v in row] for row in rows])
         summary = {
-            "study": str(study.path) if study.path is not None else study.name,
+            "study": study_name(study),
             "speeds_rad_s": [0.0, reach, points],
             "modes": list(found.names),
-            "critical_speeds_rad_s": critical.tolist(),
-            "critical_speeds_are": "undamped, the frequency equal to the speed, machine undeformed",
+            "critical_speeds_rad_s": {f"{order:g}x": w for order, w in critical.items()},
+            "critical_speeds_are": "undamped, the frequency so many times the speed, machine undeformed",
         }
-        with written_whole(part / "summary.json") as file:
-            file.write_text(json.dumps(summary, indent=2) + "\n")
-    listed = ", ".join(f"{w * RPM:.6g}" for w in critical) or "none"
-    print(f"critical speeds up to {reach * RPM:.6g} rpm (undamped): {listed} rpm")
+        save_json(part / "summary.json", summary)
+    for order, found_at in critical.items():
+        listed = ", ".join(f"{w * RPM:.6g}" for w in found_at) or "none"
+        times = "" if order == 1 else f" of order {order:g}"
+        print(f"critical speeds{times} up to {reach * RPM:.6g} rpm (undamped): {listed} rpm")
     print(f"{folder}/: campbell.csv, campbell.png, summary.json")
     return 0
-
-
-def _positive(count: int, option: str) -> int:
-    if count < 1:
-        raise InputError(f"`{option}`: must be one at least, but is {count}")
-    return count

@@ -1,0 +1,52 @@
+"""Options of the command line that several commands of linear analysis share."""
+
+from typing import TYPE_CHECKING
+
+from ..errors import InputError
+from ..units import read
+
+if TYPE_CHECKING:
+    from .study import Study
+
+RPM = 9.549296585513721  # rpm in a rad/s
+
+
+def speed_of(text: str | None, option: str) -> float | None:
+    """An option such as "3000 rpm", rad/s."""
+    if text is None:
+        return None
+    try:
+        return float(read(text, "rad/s"))
+    except ValueError as error:
+        raise InputError(f"`{option}`: {error}") from None
+
+
+def reach_of(study: "Study", top: str | None) -> float:
+    """The highest speed, rad/s: as asked, else 1.2 of the drive's."""
+    from ..solve.plan import top_speed
+
+    reach = speed_of(top, "--to")
+    if reach is None:
+        reach = 1.2 * top_speed(study.machine, study.settings.t_end, study.settings.speed)[1]
+    if not reach > 0:
+        raise InputError(
+            "`--to`: the highest speed must be positive, and this machine's drive gives none: write "
+            '--to "6000 rpm"'
+        )
+    return reach
+
+
+def names_of(text: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(x.strip() for x in text.split(","))
+
+
+def study_name(study: "Study") -> str:
+    """What the files say they were made from."""
+    return str(study.path) if study.path is not None else study.name
+
+
+def positive(count: int, option: str) -> int:
+    if count < 1:
+        raise InputError(f"`{option}`: must be one at least, but is {count}")
+    return count
