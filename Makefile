@@ -21,8 +21,8 @@ lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-benchmark: $(VENV)/.benchmarks ## time the program beside its peers
-	for name in vector_field startup growth; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
+	for name in vector_field startup growth campbell; do $(BIN)/python benchmarks/$$name.py || exit 1; done
 
 clean: ## remove the environment and the caches; results stay
 	rm -rf $(VENV) .cache .pytest_cache .ruff_cache

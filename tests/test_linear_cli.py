@@ -53,7 +53,7 @@ def test_campbell(study, tmp_path, capsys):
     at = values[values[:, 0] == 500.0][0]
     for wanted, name in zip(WHIRL, ("1 backward", "1 forward", "2 backward", "2 forward")):
         assert at[header.index(f"{name}, rad/s")] == pytest.approx(wanted, rel=1e-9)
-    found = json.loads((out / "summary.json").read_text())["critical_speeds_rad_s"]
+    found = json.loads((out / "summary.json").read_text())["critical_speeds_rad_s"]["1x"]
     np.testing.assert_allclose([w for w in found if w < 550], CRITICAL, rtol=1e-9)
     assert f"{CRITICAL[0] * 30 / np.pi:.6g}" in capsys.readouterr().out
 

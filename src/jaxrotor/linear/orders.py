@@ -21,7 +21,7 @@ from ..protocol import Geared, Nominal
 from ..solve.state import State, to_flat
 from .linearise import coordinate_order, holding, internal_order, linearize
 from .observe import observe, outputs_of, sensitivity
-from .response import POWER, FrequencyResponse, Kind, as_names, check_kind, solve
+from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
 _TURNS = 2
@@ -149,7 +149,8 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
 
         def at_order(k):
             share = 2 / count * jnp.exp(-1j * k * angles)
-            return C @ solve(model.A, k * turn * speed, share @ forces) + share @ direct
+            whirl = solve(model.A, k * turn * speed, share @ as_complex(forces))
+            return as_complex(C) @ whirl + share @ as_complex(direct)
 
         return jnp.stack([at_order(k) for k in orders])
 

@@ -72,7 +72,7 @@ def frequency_response(
     C = output_rows(machine, found, model)
 
     def one(w):
-        return C @ solve(model.A, w, model.B[:, columns]) * (1j * w) ** POWER[kind]
+        return as_complex(C) @ solve(model.A, w, model.B[:, columns]) * (1j * w) ** POWER[kind]
 
     values = jax.lax.map(one, frequencies)
     return FrequencyResponse(
@@ -104,11 +104,16 @@ def output_rows(
     return C[:, internal_order(coordinate_order(machine)[2], C.shape[1])]
 
 
+def as_complex(x: Array) -> Array:
+    """Not by promotion: its derivative warns of what it drops."""
+    return x if jnp.iscomplexobj(x) else jax.lax.complex(x, jnp.zeros_like(x))
+
+
 def solve(A: Array, w: Array, b: Array) -> Array:
     """(i w - A)^-1 b, rows and columns scaled to a like size."""
-    matrix = 1j * w * jnp.eye(A.shape[0]) - A
+    matrix = jax.lax.complex(-A, w * jnp.eye(A.shape[0]))
     rows = jax.lax.stop_gradient(jnp.max(jnp.abs(matrix), axis=1))
     scaled = matrix / rows[:, None]
     columns = jax.lax.stop_gradient(jnp.max(jnp.abs(scaled), axis=0))
-    right = (b.T / rows).T
+    right = (as_complex(b).T / rows).T
     return (jnp.linalg.solve(scaled / columns, right).T / columns).T

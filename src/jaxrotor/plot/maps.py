@@ -28,7 +28,7 @@ def support_map(found: CriticalSpeedMap, speeds: tuple[float, float] | None = No
     low, high = ax.get_ylim()
     stiff = found.stiffness.min(), found.stiffness.max()
     drawn: set[tuple[float, ...]] = set()
-    for name, (own, kx, ky) in found.actual.items():
+    for own, kx, ky in found.actual.values():
         key = (*kx, *ky, *own)
         if key in drawn:  # supports alike share a line
             continue

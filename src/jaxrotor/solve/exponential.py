@@ -246,7 +246,7 @@ class ExponentialAdams(diffrax.AbstractSolver):
             return y, history, jnp.where(regular, filled + self.substeps, 0), fits  # pyright: ignore
 
         y1, history, filled, fits = jax.lax.cond(
-            (filled >= self.order_ - 1) & regular,
+            (filled >= self.order_ - 1) & regular,  # pyright: ignore
             multistep,
             start,
             y0,
