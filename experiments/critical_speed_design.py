@@ -1,9 +1,9 @@
 """Design by gradient: a rotor's critical speeds moved away from the speed at which it runs.
 
-The two-disc rotor of Friswell, Penny, Garvey & Lees (2010), example 5.9.1, runs at 2100 rpm, seven per cent below
-its torsional critical speed. The diameters of its three shafts and the stiffness of
-its bearings are changed, as little as possible, until no critical speed lies within 20 %. Each step
-takes the exact derivatives of all critical speeds by all parameters in one reverse sweep.
+The two-disc rotor of Friswell, Penny, Garvey & Lees (2010), example 5.9.1, runs at 2100 rpm, seven per cent
+below its torsional critical speed. The diameters of its three shafts and the stiffness of its bearings are
+changed, as little as possible, until no critical speed lies within 20 %. Each step takes the exact
+derivatives of all critical speeds by all parameters in one reverse sweep.
 
     python experiments/critical_speed_design.py [--out results/critical_speed_design] [--steps 160]
 """
@@ -135,7 +135,7 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
     path = optimise(given.steps)
-    for words, (values, speeds) in (("before", path[0]), ("after", path[-1])):
+    for words, speeds in (("before", path[0][1]), ("after", path[-1][1])):
         listed = ", ".join(f"{w * RPM:.5g}" for w in speeds)
         print(
             f"{words}: critical speeds {listed} rpm; the nearest {100 * separation(speeds):.3g} % off"

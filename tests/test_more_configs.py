@@ -1,8 +1,8 @@
 """Three more example studies, each held against SciPy's integration of equations written here.
 
 `rolling_mill`: four inertias, a current and a hysteresis. `test_bench_record`: a shaft of three
-stations, its speed the record's. `clutch_bench`: two bodies that turn at two speeds. Every one is run
-once, and audited once.
+stations, its speed the record's. `clutch_bench`: two bodies that turn at two speeds. Every one is
+run once, and audited once.
 """
 
 import functools
@@ -17,7 +17,7 @@ ran = functools.cache(Run)
 
 
 def whirls(run, name, want, part):
-    """A station's r = x + i y and s = theta - i psi are as wanted, but for a part of their peaks."""
+    """A station's r = x + i y and s = theta - i psi are as wanted, to a part of their peaks."""
     r = run(f"{name}.x") + 1j * run(f"{name}.y")
     s = run(f"{name}.theta") - 1j * run(f"{name}.psi")
     for got, expected in zip((r, s), want):
