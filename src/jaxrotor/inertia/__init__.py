@@ -4,4 +4,5 @@ from .bearing import SelfAligningBearing as SelfAligningBearing
 from .body import RigidBody as RigidBody
 from .node import Node as Node
 from .prescribed import PrescribedSpin as PrescribedSpin
-from .rotor import Imperfection as Imperfection, Rotor as Rotor, Unbalance as Unbalance
+from .rotor import Imperfection as Imperfection, Rotor as Rotor
+from .unbalance import Unbalance as Unbalance

@@ -10,20 +10,7 @@ from ..kinematics import Vector, dot, from_tilted, rotation
 from ..parameter import parameter
 from ..protocol import AbstractInertia, Ended, Nominal, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
-
-
-class Unbalance(eqx.Module):
-    """Static and dynamic unbalance of a rotor, in the disc's own frame.
-
-    Static: the mass centre lies `eccentricity` from the geometric centre, at `angle` from the disc's
-    x axis. Dynamic: the principal axis is inclined to the disc's axis by `inclination`, about the
-    in-plane axis at `inclination_angle`. Both turn with phi.
-    """
-
-    eccentricity: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    angle: Float[Array, ""] = parameter("rad", default=0.0)
-    inclination: Float[Array, ""] = parameter("rad", default=0.0)
-    inclination_angle: Float[Array, ""] = parameter("rad", default=0.0)
+from .unbalance import Unbalance
 
 
 class Imperfection(eqx.Module):

@@ -13,7 +13,8 @@ from ..elastic.material import Material
 from ..elastic.matrix import ElasticMatrix
 from ..errors import InputError
 from ..inertia.node import Node
-from ..inertia.rotor import Rotor, Unbalance
+from ..inertia.rotor import Rotor
+from ..inertia.unbalance import Unbalance
 from ..machine.machine import Machine
 from ..parameter import as_float64
 from ..protocol import AbstractElement, AbstractStation

@@ -1,4 +1,4 @@
-"""What the linear machine does: Campbell diagram, mode shapes, Bode and polar plots, stability."""
+"""The linear machine over speed: Campbell diagram and stability."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal

@@ -50,8 +50,8 @@ def simulate(
 
     **Arguments:**
 
-    - `initial`: `"static"`, resting under its weight, with the line's speed added; `"steady"`, the
-      periodic whirl at `speed`; `"undeformed"`; or a `State`.
+    - `initial`: `"static"`, resting under its weight and every load's value at t = 0 and standstill, with
+      the line's speed added; `"steady"`, the periodic whirl at `speed`; `"undeformed"`; or a `State`.
     - `speed`: rad/s, of the whole line at the start. A driven line starts with its drive; there it
       may be left out. A `State` brings its own.
     - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
