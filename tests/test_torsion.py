@@ -292,3 +292,38 @@ def test_the_lowest_modes_of_many():
         assert np.linalg.norm(residual) < 1e-9 * np.linalg.norm(model.K, 2) * np.linalg.norm(
             mode.shape
         )
+
+
+def test_peak_of_the_unbalance_response():
+    """Jeffcott: at w0/sqrt(1 - 2 zeta²), e/(2 zeta sqrt(1 - zeta²)) high; derivatives by k, c and e."""
+    k, c, m, e = 1e5, 30.0, 2.0, 1e-5
+
+    def by_hand(p):
+        w0, zeta = np.sqrt(p[0] / m), p[1] / (2 * np.sqrt(p[0] * m))
+        return np.array([w0 / np.sqrt(1 - 2 * zeta**2), p[2] / (2 * zeta * np.sqrt(1 - zeta**2))])
+
+    @jax.jit
+    def found(p):
+        machine = jeffcott().set(
+            {
+                "bearing.stiffness": jnp.zeros(6).at[:2].set(p[0]),
+                "bearing.damping": jnp.zeros(6).at[:2].set(p[1]),
+                "d.unbalance.eccentricity": p[2],
+            }
+        )
+        return jnp.stack(jr.unbalance_peak(machine, "d.y", 100.0, 400.0, 31, at="undeformed"))
+
+    p = np.array([k, c, e])
+    np.testing.assert_allclose(found(p), by_hand(p), rtol=1e-9)
+    expected = np.stack(
+        [
+            (by_hand(p * (1 + h)) - by_hand(p * (1 - h))) / 2e-5 / p[i]
+            for i, h in enumerate(1e-5 * np.eye(3))
+        ],
+        axis=1,
+    )
+    size = np.abs(expected * p).max(axis=1, keepdims=True)
+    for slopes in (jax.jacfwd(found)(p), jax.jacrev(found)(p)):
+        np.testing.assert_allclose(slopes * p / size, expected * p / size, atol=1e-7)
+    with pytest.raises(jr.InputError, match="`d.y` has no peak between 10 and 100 rad/s"):
+        jr.unbalance_peak(jeffcott(), "d.y", 10.0, 100.0, 5)

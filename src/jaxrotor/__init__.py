@@ -72,6 +72,7 @@ from .linear import (
     LinearModel as LinearModel,
     Mode as Mode,
     OrderResponse as OrderResponse,
+    Peak as Peak,
     TorsionalMode as TorsionalMode,
     campbell as campbell,
     critical_speed_map as critical_speed_map,
@@ -86,6 +87,7 @@ from .linear import (
     stability_threshold as stability_threshold,
     torsional as torsional,
     torsional_modes as torsional_modes,
+    unbalance_peak as unbalance_peak,
     unbalance_response as unbalance_response,
 )
 from .machine import Machine as Machine

@@ -13,6 +13,7 @@ from .orders import (
     order_response as order_response,
     unbalance_response as unbalance_response,
 )
+from .peak import Peak as Peak, unbalance_peak as unbalance_peak
 from .response import (
     FrequencyResponse as FrequencyResponse,
     frequency_response as frequency_response,
