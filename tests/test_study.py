@@ -1,9 +1,9 @@
 """Study files: the machine that comes out, and what is refused with which sentence."""
 
 import equinox as eqx
+import jax
 import numpy as np
 import pytest
-from jax.experimental import disable_x64
 
 import jaxrotor as jr
 
@@ -428,7 +428,7 @@ def test_a_study_with_a_byte_order_mark_and_windows_ends(study_file, tmp_path):
 
 def test_32_bit_floats_are_refused_with_the_remedy(study_file):
     path = study_file(STUDY)
-    with disable_x64():
+    with jax.enable_x64(False):
         (sentence,) = problems(path)
     assert "jax_enable_x64" in sentence
 
