@@ -142,7 +142,8 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
         def _of(system):
             return machine if system is actual else balanced
 
-        forces, direct = jax.vmap(excess)(angles)
+        # one after the other: batched LAPACK calls side by side can deadlock (docs/solving.md)
+        forces, direct = jax.lax.map(excess, angles)
         C = sensitivity(balanced, outputs, nominal, y, (zero, speed, zero))
         sorted_rows = internal_order(order, C.shape[1])
         C, forces = C[:, sorted_rows], forces[:, sorted_rows]
