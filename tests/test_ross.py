@@ -16,7 +16,6 @@ with warnings.catch_warnings():
 SPEEDS = [0.0, 60.0, 200.0, 500.0, 1000.0]
 # rotor, (node of the unbalance, kg m, rad), nodes observed
 ROTORS = {
-    "rotor_example": ((2, 2e-4, 0.4), (0, 2, 3)),
     "rotor_example_with_damping": ((12, 3e-5, -1.1), (4, 12, 20)),
     "coaxrotor_example": ((13, 1e-4, 2.0), (1, 13, 18)),
     "compressor_example": ((26, 1e-4, 0.7), (7, 26, 48)),
