@@ -302,7 +302,6 @@ def test_peak_of_the_unbalance_response():
         w0, zeta = np.sqrt(p[0] / m), p[1] / (2 * np.sqrt(p[0] * m))
         return np.array([w0 / np.sqrt(1 - 2 * zeta**2), p[2] / (2 * zeta * np.sqrt(1 - zeta**2))])
 
-    @jax.jit
     def found(p):
         machine = jeffcott().set(
             {
@@ -314,7 +313,8 @@ def test_peak_of_the_unbalance_response():
         return jnp.stack(jr.unbalance_peak(machine, "d.y", 100.0, 400.0, 31, at="undeformed"))
 
     p = np.array([k, c, e])
-    np.testing.assert_allclose(found(p), by_hand(p), rtol=1e-9)
+    forward, value = jax.jit(jax.jacfwd(lambda p: (found(p),) * 2, has_aux=True))(p)
+    np.testing.assert_allclose(value, by_hand(p), rtol=1e-9)
     expected = np.stack(
         [
             (by_hand(p * (1 + h)) - by_hand(p * (1 - h))) / 2e-5 / p[i]
@@ -323,7 +323,7 @@ def test_peak_of_the_unbalance_response():
         axis=1,
     )
     size = np.abs(expected * p).max(axis=1, keepdims=True)
-    for slopes in (jax.jacfwd(found)(p), jax.jacrev(found)(p)):
+    for slopes in (forward, jax.jit(jax.jacrev(found))(p)):
         np.testing.assert_allclose(slopes * p / size, expected * p / size, atol=1e-7)
     with pytest.raises(jr.InputError, match="`d.y` has no peak between 10 and 100 rad/s"):
         jr.unbalance_peak(jeffcott(), "d.y", 10.0, 100.0, 5)

@@ -136,13 +136,13 @@ class Backlash(AbstractLaw, NonSmooth):
         """The integral of `_contact`."""
         w = self.smoothing
         rising = (u + w) ** 2 / (4 * self._width())
-        return jnp.where(u >= w, u, jnp.where(u > -w, rising, 0.0))  # pyright: ignore
+        return jnp.where(u >= w, u, jnp.where(u > -w, rising, 0.0))
 
     def _area(self, u) -> Array:
         """The integral of `_depth`."""
         w = self.smoothing
         rising = (u + w) ** 3 / (12 * self._width())
-        return jnp.where(u >= w, 0.5 * u**2 + w**2 / 6, jnp.where(u > -w, rising, 0.0))  # pyright: ignore
+        return jnp.where(u >= w, 0.5 * u**2 + w**2 / 6, jnp.where(u > -w, rising, 0.0))
 
     def force(self, t, x, v, state):
         right, left = self._beyond(x)

@@ -3,13 +3,14 @@
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
 from ..errors import InputError
 from ..machine.machine import Machine
-from .linearise import linearize
+from .linearise import linearize, linearize_checked
 from .lowest import lowest
 from .modes import describe, modes
 
@@ -64,7 +65,6 @@ def campbell(
     speeds = np.asarray(speeds, float)
     if speeds.ndim != 1 or speeds.size < 2 or not np.all(np.diff(speeds) > 0):
         raise InputError("speeds must be a rising list of two speeds at least, in rad/s")
-    machine.check()
     # from the highest speed down: there the modes are furthest apart
     model = linearize(machine, speeds[-1], at)
     named = modes(model, count)
@@ -74,7 +74,7 @@ def campbell(
     whirl = np.zeros((speeds.size, len(named)))
     values[-1], whirl[-1] = followed.values, [m.whirl for m in named]
     for i in tqdm(range(speeds.size - 2, -1, -1), "Campbell", disable=not progress, leave=False):
-        model = linearize(machine, speeds[i], at)
+        model = linearize_checked(machine, jnp.asarray(speeds[i]), at)
         followed, seen = _follow(followed, *lowest(model, count + _MORE), np.asarray(model.M))
         values[i, seen] = followed.values[seen]
         whirl[i, seen] = describe(model, followed.shapes)[1][seen]

@@ -51,13 +51,18 @@ def critical_speeds(
     return values
 
 
+def gyroscopic_per_speed(machine: Machine, at: Any) -> Float[Array, "n n"]:
+    """dG/d(speed) at rest."""
+    zero = jnp.zeros(())
+    return jax.jvp(lambda w: linearize(machine, w, at).G, (zero,), (jnp.ones_like(zero),))[1]
+
+
 @eqx.filter_jit
 def _undamped(machine: Machine, order, at) -> Array:
     rest = linearize(machine, 0.0, at)
-    per_speed = jax.jvp(lambda w: linearize(machine, w, at).G, (jnp.zeros(()),), (jnp.ones(()),))[1]
     n = rest.M.shape[0]
     # the complex pencil as a real one of twice the size: i becomes [[0, -1], [1, 0]]
-    G = per_speed / order
+    G = gyroscopic_per_speed(machine, at) / order
     mass = jnp.block([[rest.M, G], [-G, rest.M]])
     stiffness = jnp.kron(jnp.eye(2), 0.5 * (rest.K + rest.K.T))
     values, _, _ = eigensystem(jnp.linalg.solve(mass, stiffness))
@@ -74,42 +79,49 @@ def _refined(machine: Machine, starts: Array, order: float, at) -> Array:
     """The speeds near `starts` at which a mode of the damped machine has `order` times that frequency."""
 
     def near(start):
-        def gap(speed):
+        def gap(machine, speed):
             values, _, _ = eigensystem(linearize(machine, speed, at).A)
             target = order * jax.lax.stop_gradient(speed)
             i = jnp.argmin(jnp.abs(values - 1j * target))
             return values[i].imag - order * speed
 
-        return root(gap, start, _STEPS)
+        return root(gap, machine, start, _STEPS)
 
     return jax.lax.map(near, starts)
 
 
-def root(gap: Callable[[Array], Array], start: Array, steps: int) -> Array:
-    """The zero of `gap` near `start` by the secant method, NaN where none is reached; exact derivatives by
-    all that `gap` depends on (one Newton step, differentiated: the implicit function theorem)."""
+def root(
+    gap: Callable[[Any, Array], Array],
+    parameters: Any,
+    start: Array,
+    steps: int,
+    spread: float = 1e-4,
+) -> Float[Array, ""]:
+    """The zero of `gap(parameters, x)` near `start` by the secant method, NaN where none is reached. The
+    first two points stand `spread` (relative) apart. Exact derivatives by the parameters: the search is not
+    differentiated, one Newton step after it is (the implicit function theorem).
+    """
 
     def point(x):
         return x, jnp.full_like(x, jnp.nan)
 
-    start = jax.lax.stop_gradient(start)
+    start, still = jax.tree.map(jax.lax.stop_gradient, (start, parameters))
     # the loop evaluates the first two points too: one copy of `gap` in the program
-    first, second = start * (1 + 1e-4), start
+    first, second = start * (1 + spread), start
 
     def step(k, state):
         (x, y), (x_before, y_before) = state
         given = jnp.where(k == 0, first, second)
         flat = jnp.abs(y - y_before) <= 1e-14 * jnp.abs(x)
-        new = x - jnp.where(flat, 0.0, y * (x - x_before) / jnp.where(flat, 1.0, y - y_before))
+        move = jnp.where(flat, 0.0, y * (x - x_before) / jnp.where(flat, 1.0, y - y_before))
         # a fifth of the way at most: eigenvalues change their order beyond
-        new = jnp.where(k < 2, given, jnp.clip(new, 0.8 * x, 1.25 * x))
-        return (new, gap(new)), (x, y)
+        new = jnp.where(k < 2, given, jnp.clip(x - move, 0.8 * x, 1.25 * x))
+        return (new, gap(still, new)), (x, y)
 
-    (x, _), _ = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
-    x = jax.lax.stop_gradient(x)
-    value, slope = jax.jvp(gap, (x,), (jnp.ones_like(x),))
+    (x, _), (before, _) = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
+    value, slope = jax.jvp(lambda x: gap(parameters, x), (x,), (jnp.ones_like(x),))
     out = x - value / jax.lax.stop_gradient(slope)
-    return jnp.asarray(jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan))
+    return jnp.asarray(jnp.where(jnp.abs(x - before) < 1e-6 * jnp.abs(x), out, jnp.nan))
 
 
 def stability_threshold(
@@ -148,4 +160,4 @@ def _growth(machine: Machine, speed, at) -> Array:
 
 @eqx.filter_jit
 def _threshold(machine: Machine, start, at) -> Array:
-    return root(lambda speed: _growth(machine, speed, at), start, 15)
+    return root(lambda m, speed: _growth(m, speed, at), machine, start, 15)

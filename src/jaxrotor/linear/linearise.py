@@ -133,11 +133,12 @@ def linearize(
     if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
         raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {at!r}')
     machine.check()
-    return _linearize(machine, jnp.asarray(speed, float), at)
+    return linearize_checked(machine, jnp.asarray(speed, float), at)
 
 
 @eqx.filter_jit
-def _linearize(machine: Machine, speed, at) -> LinearModel:
+def linearize_checked(machine: Machine, speed, at) -> LinearModel:
+    """`linearize` of what has been checked: for loops over speeds."""
     system = assemble(machine, nominal=True)
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], speed, zero)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
@@ -13,6 +12,7 @@ from ..attach.support import LinearSupport, SpeedDependentSupport
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
+from .critical import gyroscopic_per_speed
 from .linearise import linearize
 from .modes import whirl_of
 
@@ -61,9 +61,7 @@ def critical_speed_map(
     for name in names:
         without = _without(without, name)
     rest = linearize(without, 0.0, at="undeformed")
-    G = jax.jvp(
-        lambda w: linearize(without, w, at="undeformed").G, (jnp.zeros(()),), (jnp.ones(()),)
-    )[1]
+    G = gyroscopic_per_speed(without, "undeformed")
     lateral = np.array(
         [i for i, (_, c) in enumerate(rest.coordinates) if c in ("x", "y", "psi", "theta")]
     )

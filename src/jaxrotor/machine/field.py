@@ -25,6 +25,13 @@ def _add_spin(x: Array, amount: Array, system: System, first: int = 0) -> Array:
     return jnp.concatenate([x[:5], x[5:] + amount])
 
 
+def _join(*parts: Array) -> Array:
+    """One vector. Empty parts leave nothing in the program: with zero-size arrays in it, XLA of jax 0.10
+    may lose what it needs to find a LAPACK routine (docs/solving.md)."""
+    full = [x for x in parts if x.size]
+    return jnp.concatenate(full) if full else jnp.zeros(0)
+
+
 class Evaluation(NamedTuple):
     """One evaluation, all arrays component-first over nodes (n_nodes + n_ground) or stations.
 
@@ -64,14 +71,14 @@ def relative_field(
     if len(free) < n:
         index = np.array(free, dtype=int)
         a, rates = a[index], rates[index]
-    return jnp.concatenate([rates, a, ev.rates])
+    return _join(rates, a, ev.rates)
 
 
 def jacobian(system: System, speed: Float[Array, ""]) -> Float[Array, "d d"]:
     """∂(dy/dt)/∂y of the undeformed line turning at a constant common `speed` (rad/s)."""
     zero = jnp.zeros_like(speed)
     reference = (zero, speed, zero)
-    y = jnp.concatenate([jnp.zeros(2 * len(system.layout.free)), initial_states(system)])
+    y = _join(jnp.zeros(2 * len(system.layout.free)), initial_states(system))
     return jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
 
 
@@ -94,7 +101,7 @@ def initial_states(system: System) -> Float[Array, " k"]:
         for actor in system.actors
         if actor.states[1] > actor.states[0]
     ]
-    return jnp.concatenate([jnp.zeros(0), *parts])
+    return _join(*parts)
 
 
 def pack(
@@ -104,7 +111,7 @@ def pack(
     phi, w, _ = reference
     index = np.array(system.layout.free, dtype=int)
     u, s = (_add_spin(x, -r, system).ravel()[index] for x, r in ((q, phi), (v, w)))
-    return jnp.concatenate([u, s, states])
+    return _join(u, s, states)
 
 
 def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Array]:
@@ -112,7 +119,7 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
     layout = system.layout
     held = layout.held
     n, f = 6 * layout.n_mass, n_free(system)
-    u, s, z = y[:f], y[f : 2 * f], y[2 * f :]
+    u, s, z = y[:f], y[f : 2 * f], y[2 * f :] if y.size > 2 * f else jnp.zeros(0)
     if held:
         given = [system.held_motion(m, t, reference) for m in held.values()]
         spin: Any = np.array([p // layout.n_mass == 5 for p in held], float)

@@ -195,7 +195,7 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     whole = jnp.where(free, spins, whole)
     carried = sorted({i % n for i in mass.carried} | {i % n for i in mass.given if i % n < n_mass})
     if carried:
-        a = a.at[:, np.array(carried)].set(whole[:, np.array(carried)])  # pyright: ignore
+        a = a.at[:, np.array(carried)].set(whole[:, np.array(carried)])
     inertia = (mass.mass @ hat_acceleration(whole).ravel()).reshape(6, n)
     inertia = inertia.at[3].add(sin * inertia[5]) + gyro
     return Coupled(a, inertia, on_owners)

@@ -243,14 +243,10 @@ class ExponentialAdams(diffrax.AbstractSolver):
             (y, history), _ = jax.lax.scan(
                 fine, (y, history), jnp.arange(self.substeps * START_REFINEMENT)
             )
-            return y, history, jnp.where(regular, filled + self.substeps, 0), fits  # pyright: ignore
+            return y, history, jnp.where(regular, filled + self.substeps, 0), fits
 
         y1, history, filled, fits = jax.lax.cond(
-            (filled >= self.order_ - 1) & regular,  # pyright: ignore
-            multistep,
-            start,
-            y0,
-            state.history,  # pyright: ignore
+            (filled >= self.order_ - 1) & regular, multistep, start, y0, state.history
         )
         new = eqx.tree_at(lambda s: (s.history, s.filled), state, (history, filled))
         return y1, None, _dense(t0, t1, y0, y1, terms, args), new, _result(fits)

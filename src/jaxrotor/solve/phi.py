@@ -34,7 +34,7 @@ def balance(A: Float[Array, "d d"]) -> Float[Array, " d"]:
         both = (rows > 0) & (columns > 0)
         ratio = jnp.where(both, rows / jnp.where(both, columns, 1.0), 1.0)
         # half the step that would even one row out: all rows move at once
-        return d * 2.0 ** jnp.round(0.25 * jnp.log2(jnp.clip(ratio, 1e-30, 1e30)))  # pyright: ignore
+        return d * 2.0 ** jnp.round(0.25 * jnp.log2(jnp.clip(ratio, 1e-30, 1e30)))
 
     return jax.lax.fori_loop(0, 30, sweep, jnp.ones(A.shape[0]))
 
@@ -69,4 +69,4 @@ def phi_functions(z: Float[Array, "d d"], count: int) -> Float[Array, "p d d"]:
         return jnp.where(i < doublings - 1, _double(phi), phi), None
 
     half, _ = jax.lax.scan(step, start, jnp.arange(MAX_DOUBLINGS - 1))
-    return jnp.stack([half, _double(half)])  # pyright: ignore
+    return jnp.stack([half, _double(half)])

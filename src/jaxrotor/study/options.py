@@ -1,5 +1,6 @@
 """Options of the command line that several commands of linear analysis share."""
 
+import math
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
@@ -8,7 +9,7 @@ from ..units import read
 if TYPE_CHECKING:
     from .study import Study
 
-RPM = 9.549296585513721  # rpm in a rad/s
+RPM = 30 / math.pi  # in a rad/s
 
 
 def speed_of(text: str | None, option: str) -> float | None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import SimulationFailed
 from ..files import folder_written_whole
+from .options import study_name
 from .study import Study
 
 DONE, FAILED = 0, 3
@@ -85,7 +86,7 @@ def _extra(study: Study, response: Any, seconds: float, failure: Exception | Non
     from ..solve.export import versions
 
     return {
-        "study": str(study.path) if study.path is not None else study.name,
+        "study": study_name(study),
         "title": study.title,
         "source": study.source,
         "settings": study.settings.model_dump(exclude_none=True),
