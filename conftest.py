@@ -18,6 +18,16 @@ from sybil.parsers.markdown import PythonCodeBlockParser
 pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]).pytest()
 
 
+# Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
+LONG = """configs linear shafts_with_mass torsion more_configs identify ross gradients governed_config energy
+couplings gears tracing report reference""".split()
+
+
+def pytest_collection_modifyitems(items):
+    rank = {f"test_{name}": i for i, name in enumerate(LONG)}
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+
+
 @pytest.fixture(autouse=True, scope="module")
 def forget_compiled_programs():
     """A file's programs serve that file alone. Kept, they add up to gigabytes and to tens of thousands of

@@ -8,7 +8,6 @@ import json
 import os
 import subprocess
 import sys
-import threading
 import time
 import types
 from pathlib import Path
@@ -201,8 +200,11 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
 
 def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch):
     # stands for a compiled call: signals reach Python when it has ended, too late for a user
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: time.sleep(20))
-    threading.Timer(0.5, _thread.interrupt_main).start()
+    def busy(*_, **__):
+        _thread.interrupt_main()
+        time.sleep(20)
+
+    monkeypatch.setattr(jr, "simulate", busy)
     began = time.monotonic()
     assert main(["run", "disc.toml"]) == 130
     assert time.monotonic() - began < 10

@@ -14,6 +14,7 @@ HELD = ("x", "y", "z", "psi", "theta")
 J = np.array([2.0, 1.0, 3.0, 1.5, 0.5])
 K = np.array([4e4, 9e4, 2e4, 6e4])
 C = np.array([3.0, 5.0, 2.0, 4.0])
+REST = (1e5, 1e3, 1e3, 0.0)  # N/m, N m/rad: along, and about x, y and the shaft
 
 
 def five_discs(**engine):
@@ -129,11 +130,10 @@ def test_an_engines_pulses_are_no_spring():
 
 
 def jeffcott(k=1e5, c=30.0, m=2.0, e=1e-5):
-    return jr.Machine.in_line(
-        {"d": jr.Rotor(m, 0.02, 0.012, unbalance=jr.Unbalance(e, 0.5))},
-        attachments={"bearing": (jr.LinearSupport([k, k] + [0] * 4, [c, c] + [0] * 4), "d")},
-        fixed={"d": ("z", "psi", "theta")},
-    )
+    """Free to turn, held along and against tilting by springs: static unbalance moves it in x and y."""
+    support = jr.LinearSupport([k, k, *REST], [c, c, 1.0, 1.0, 1.0, 0.0])
+    disc = jr.Rotor(m, 0.02, 0.012, unbalance=jr.Unbalance(e, 0.5))
+    return jr.Machine.in_line({"d": disc}, attachments={"bearing": (support, "d")})
 
 
 def test_force_on_the_bearing():
@@ -146,7 +146,7 @@ def test_force_on_the_bearing():
     assert found.units == ("m", "N", "N")
 
     def force(k):
-        machine = jeffcott().set({"bearing.stiffness": jnp.zeros(6).at[:2].set(k)})
+        machine = jeffcott().set({"bearing.stiffness": jnp.array([k, k, *REST])})
         return jr.unbalance_response(machine, "bearing.force.x", [w]).magnitude[0, 0]
 
     def by_hand(k):
@@ -305,8 +305,8 @@ def test_peak_of_the_unbalance_response():
     def found(p):
         machine = jeffcott().set(
             {
-                "bearing.stiffness": jnp.zeros(6).at[:2].set(p[0]),
-                "bearing.damping": jnp.zeros(6).at[:2].set(p[1]),
+                "bearing.stiffness": jnp.array([p[0], p[0], *REST]),
+                "bearing.damping": jnp.array([p[1], p[1], 1.0, 1.0, 1.0, 0.0]),
                 "d.unbalance.eccentricity": p[2],
             }
         )

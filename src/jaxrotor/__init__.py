@@ -64,6 +64,26 @@ from .inertia import (
     SelfAligningBearing as SelfAligningBearing,
     Unbalance as Unbalance,
 )
+from .inverse.balance import (
+    Balance as Balance,
+    Correction as Correction,
+    balance as balance,
+    correction as correction,
+    influence_coefficients as influence_coefficients,
+    modal_balance as modal_balance,
+    phasor as phasor,
+)
+from .inverse.bootstrap import Replicas as Replicas, bootstrap as bootstrap
+from .inverse.domain import (
+    AbstractDomain as AbstractDomain,
+    Frequencies as Frequencies,
+    Orders as Orders,
+    Time as Time,
+)
+from .inverse.identification import Identification as Identification
+from .inverse.identify import Stage as Stage, identify as identify
+from .inverse.trial import Trial as Trial
+from .inverse.unknown import Unknown as Unknown
 from .linear import (
     Campbell as Campbell,
     CriticalSpeedMap as CriticalSpeedMap,
@@ -91,7 +111,20 @@ from .linear import (
     unbalance_response as unbalance_response,
 )
 from .machine import Machine as Machine
+from .measure.channel import Channel as Channel
 from .measure.energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
+from .measure.noise import Noise as Noise
+from .measure.pulses import angle_of as angle_of, pulse_times as pulse_times, speed_of as speed_of
+from .measure.read import read_record as read_record
+from .measure.record import Record as Record, Series as Series
+from .measure.sensor import (
+    AbstractSensor as AbstractSensor,
+    Accelerometer as Accelerometer,
+    Encoder as Encoder,
+    ProximityProbe as ProximityProbe,
+    Tachometer as Tachometer,
+    TorqueSensor as TorqueSensor,
+)
 from .parameter import parameter as parameter
 from .protocol import (
     AbstractAttachment as AbstractAttachment,

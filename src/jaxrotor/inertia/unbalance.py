@@ -5,7 +5,7 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
 from ..parameter import known, parameter
@@ -67,6 +67,24 @@ class Unbalance(eqx.Module):
             0.5 * jnp.arcsin(share),
             _direction(sign * jnp.stack([-moment[1], moment[0]])),
         )
+
+    def in_planes(
+        self, places: tuple[Any, Any], mass: Any, polar_inertia: Any, transverse_inertia: Any
+    ) -> Complex[Array, "2"]:
+        """The same unbalance in two planes at `places` (z in m from the geometric centre): complex, kg·m,
+        amount times e^(i angle). What is to be added there to balance the rotor is its negative. The inverse
+        of `from_planes`. Differentiable. Raises `InputError` for planes at one place."""
+        z = jnp.asarray(places, float)
+        where = known(z)
+        if where is not None and where[0] == where[1]:
+            raise InputError(
+                f"places: both planes lie at {where[0]:g} m: two different ones are needed"
+            )
+        gap = jnp.asarray(transverse_inertia, float) - jnp.asarray(polar_inertia, float)
+        total = jnp.asarray(mass, float) * self.eccentricity * jnp.exp(1j * self.angle)
+        couple = -0.5j * gap * jnp.sin(2 * self.inclination) * jnp.exp(1j * self.inclination_angle)
+        second = (couple - z[0] * total) / (z[1] - z[0])
+        return jnp.stack([total - second, second])
 
     @classmethod
     def from_masses(

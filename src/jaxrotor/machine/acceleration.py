@@ -5,7 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from .constraint import held_acceleration
 from .mass import Coupled, solve_coupled
@@ -49,8 +49,21 @@ def accelerate(
     return a, reaction, loads
 
 
-def couple(t, q, v, nodes, Q, a, given, system: System, reference: Reference) -> Coupled:
-    """What shafts with mass make of the accelerations `a`."""
+def mobilise(
+    t, q: Array, v: Array, Q: Array, system: System, reference: Reference
+) -> tuple[tuple[Array, Array, Array], Float[Array, "6 6 n"]]:
+    """`accelerate`, and the acceleration of each station per unit of each force on it: one trace for both."""
+    one = jnp.eye(6)[:, :, None] + jnp.zeros(Q.shape[1])
+
+    def response(d):
+        found, slopes = jax.jvp(lambda F: accelerate(t, q, v, F, system, reference), (Q,), (d,))
+        return found, slopes[0]
+
+    return jax.vmap(response, out_axes=(None, 1))(one)
+
+
+def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Reference) -> Coupled:
+    """What shafts with mass make of the accelerations `a` (`mobility` as from `mobilise`)."""
     layout, mass = system.layout, system.mass
     assert mass is not None
     N, V, force = nodes
@@ -66,18 +79,14 @@ def couple(t, q, v, nodes, Q, a, given, system: System, reference: Reference) ->
     def full(x):  # driven ends that nothing holds on to may be left out of the arrays
         return jnp.pad(x, ((0, 0), (0, count - x.shape[1])))
 
-    # P: accelerations of the touched stations per unit of each force
-    one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
-    response = jax.vmap(
-        lambda d: jax.jvp(lambda F: accelerate(t, q, v, F, system, reference)[0], (Q,), (d,))[1]
-    )
-    mobility = jnp.swapaxes(response(one), 0, 1)[:, :, np.array(mass.owners, int)]
+    mobility = mobility[:, :, np.array(mass.owners, int)]
     k = np.array(mass.nodes, int)
     if layout.ports:
 
         def place(p):
             return spread(p, layout, shift_of(p, system))[:, k]
 
+        one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
         J = jax.vmap(lambda d: jax.jvp(place, (q,), (d,))[1])(one)
         J = jnp.swapaxes(J, 0, 1)
         still = jnp.zeros_like(v)

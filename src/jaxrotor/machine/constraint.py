@@ -22,13 +22,13 @@ def held_acceleration(
     reaction itself. Setting one acceleration of an unbalanced rotor to zero instead would be wrong
     by the order of its unbalance.
     """
-    free = element.acceleration(q, v, Q)
 
-    def response(direction: Vec6) -> Vec6:
-        return jax.jvp(lambda F: element.acceleration(q, v, F), (Q,), (direction,))[1]
+    def response(direction: Vec6) -> tuple[Vec6, Vec6]:
+        return jax.jvp(lambda F: element.acceleration(q, v, F), (Q,), (direction,))
 
     index = jnp.array(held)
-    columns = jax.vmap(response)(jnp.eye(6)[index]).T  # (6, k)
+    # one trace for both: the acceleration of the free body, and what each reaction adds to it
+    free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[index])
     reaction = _solve(columns[index], given - free[index])
     acceleration = (free + columns @ reaction).at[index].set(given)
     return acceleration, jnp.zeros(6).at[index].set(reaction)

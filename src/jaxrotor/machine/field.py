@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .acceleration import accelerate, couple, coupled_reaction
+from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System
 
@@ -64,9 +64,23 @@ def relative_field(
     """
     u, s, z = unpack(t, y, system, reference)
     ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
+    return _flat_rates(s, ev, system, reference)
+
+
+def watched_field(
+    t: Float[Array, ""], y: Float[Array, " d"], system: System
+) -> tuple[Float[Array, " d"], "Evaluation"]:
+    """`vector_field` and `evaluate` at once."""
+    reference = system.reference(t)
+    u, s, z = unpack(t, y, system, reference)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=True)
+    return _flat_rates(s, ev, system, reference), ev
+
+
+def _flat_rates(s: Array, ev: "Evaluation", system: System, reference: Reference) -> Array:
     free = system.layout.free
     n = 6 * system.layout.n_mass
-    a = _add_spin(ev.a, -reference[2], system).ravel()
+    a = _add_spin(ev.a[:, : n // 6], -reference[2], system).ravel()
     rates = s.ravel()
     if len(free) < n:
         index = np.array(free, dtype=int)
@@ -177,11 +191,14 @@ def _evaluate(
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
-    a, reaction, loads = accelerate(t, q, v, on_stations, system, reference)
     inertia = None
-    if system.mass is not None:
+    if system.mass is None:
+        a, reaction, loads = accelerate(t, q, v, on_stations, system, reference)
+    else:
+        free, mobility = mobilise(t, q, v, on_stations, system, reference)
+        a, reaction, loads = free
         given = ag if g and N.shape[1] > m else jnp.zeros((6, 0))
-        coupled = couple(t, q, v, (N, V, Q), on_stations, a, given, system, reference)
+        coupled = couple(t, q, v, (N, V, Q), a, mobility, given, system, reference)
         a, inertia = coupled.acceleration, coupled.inertia_force
         if outputs:
             reaction = coupled_reaction(t, q, v, on_stations, coupled, reaction, system, reference)

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError
-from ..machine.field import Evaluation, evaluate, jacobian, vector_field
+from ..machine.field import Evaluation, evaluate, jacobian, watched_field
 from ..machine.lineup import line_up, stack
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
@@ -99,8 +99,8 @@ def _audit(machine, initial, speed, solver, interval, count, number) -> EnergyAu
     d = y0.size
 
     def field(t, y, system):
-        powers = _powers(t, evaluate(t, y[:d], system), books)
-        return jnp.concatenate([vector_field(t, y[:d], system), jnp.stack(powers)])
+        dy, ev = watched_field(t, y[:d], system)
+        return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
     samples, jumps = jnp.arange(count) * interval, jump_times(machine)
     terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])

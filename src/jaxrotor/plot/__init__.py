@@ -2,6 +2,11 @@
 
 from .chart import Curve as Curve, chart as chart
 from .forces import bearing_forces as bearing_forces
+from .identification import (
+    channel_fits as channel_fits,
+    correlations as correlations,
+    costs as costs,
+)
 from .linear import campbell_diagram as campbell_diagram, stability_map as stability_map
 from .machine import draw_machine as draw_machine
 from .maps import interference_diagram as interference_diagram, support_map as support_map

@@ -5,6 +5,7 @@ Light bearing stations under Rayleigh damping have eigenvalues near -4e7 1/s bes
 `dy/dt = A y + N(t, y)` with a smooth `N`, and only N limits the step.
 """
 
+import abc
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -24,21 +25,29 @@ from .weights import (
 
 # Sub-steps of ETD4RK in each step of the multistep method while its history fills.
 START_REFINEMENT = 4
+# States of which short inner loops are written out.
+_SMALL = 64
 # Step lengths agree when they differ by less than this part of the longest one prepared.
 _LENGTH_TOLERANCE = 1e-7
 
 Vector = Float[Array, " d"]
 
 
+class Memory(eqx.Module):
+    """What a step hands on to the next: `history` holds N, newest first, `filled` of it."""
+
+    history: Float[Array, " mk"] | None = None
+    filled: Any = None
+
+
 class _State(eqx.Module):
-    """`lengths` are the prepared ones, the regular first; `history` holds N, newest first."""
+    """`lengths` are the prepared ones, the regular first; the weights stay as they are."""
 
     A: Float[Array, "d d"]
     lengths: Float[Array, " m"]
     starting: Float[Array, "m 5 d d4m"]
     adams: AdamsWeights | None
-    history: Float[Array, " mk"] | None
-    filled: Any
+    memory: Memory
 
 
 def _linear_part(linear_part, terms, t0, y0, args) -> Float[Array, "d d"]:
@@ -91,7 +100,25 @@ def _dense(t0, t1, y0, y1, terms, args) -> dict[str, Array]:
     return dict(y0=y0, y1=y1, k0=dt * terms.vf(t0, y0, args), k1=dt * terms.vf(t1, y1, args))
 
 
-class ETD4RK(diffrax.AbstractSolver):
+class AbstractExponential(diffrax.AbstractSolver):
+    """What both methods share: a step as diffrax wants it, around the bare one."""
+
+    @abc.abstractmethod
+    def advance(
+        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump
+    ) -> tuple[Vector, Memory, Array]:
+        """The state at t1, what to remember, and whether weights for this length were at hand."""
+
+    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
+        y1, memory, fits = self.advance(terms, t0, t1, y0, args, solver_state, made_jump)
+        state = eqx.tree_at(lambda s: s.memory, solver_state, memory)
+        return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
+
+    def func(self, terms, t0, y0, args):
+        return terms.vf(t0, y0, args)
+
+
+class ETD4RK(AbstractExponential):
     """Krogstad's fourth-order exponential Runge-Kutta method, at constant steps.
 
     **Arguments:**
@@ -123,12 +150,10 @@ class ETD4RK(diffrax.AbstractSolver):
         A = _linear_part(self.linear_part, terms, t0, y0, args)
         extra = jnp.zeros(0) if self.lengths is None else self.lengths
         lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
-        return _State(
-            A, lengths, _prepare(A, lengths, self.substeps, self.exact_rows), None, None, None
-        )
+        starting = _prepare(A, lengths, self.substeps, self.exact_rows)
+        return _State(A, lengths, starting, None, Memory())
 
-    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
-        state = solver_state
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
         weights, fits = _choose(state.starting, state.lengths, t1 - t0)
         h = (t1 - t0) / self.substeps
 
@@ -138,13 +163,10 @@ class ETD4RK(diffrax.AbstractSolver):
             return _runge_kutta(N, weights, t0 + i * h, h, y)[0], None
 
         y1, _ = jax.lax.scan(one, y0, jnp.arange(self.substeps))
-        return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
-
-    def func(self, terms, t0, y0, args):
-        return terms.vf(t0, y0, args)
+        return y1, Memory(), fits
 
 
-class ExponentialAdams(diffrax.AbstractSolver):
+class ExponentialAdams(AbstractExponential):
     """Exponential Adams method, predict-evaluate-correct-evaluate, at constant steps.
 
     Integrates the linear part exactly and the polynomial through the last `order` values of the
@@ -195,12 +217,13 @@ class ExponentialAdams(diffrax.AbstractSolver):
             lengths,
             _prepare(A, lengths, self.substeps * START_REFINEMENT, self.exact_rows),
             adams_weights(A, lengths[0] / self.substeps, self.order_, self.exact_rows),
-            jnp.zeros(self.order_ * (y0.size - self.exact_rows)),
-            jnp.zeros((), int),
+            Memory(
+                jnp.zeros(self.order_ * (y0.size - self.exact_rows)),
+                jnp.zeros((), int),
+            ),
         )
 
-    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
-        state = solver_state
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
         h = (t1 - t0) / self.substeps
         m = y0.size - self.exact_rows
         N = _remainder(terms, state.A, args, self.exact_rows)
@@ -208,12 +231,14 @@ class ExponentialAdams(diffrax.AbstractSolver):
         def push(history, value):
             return jnp.concatenate([value, history[:-m]])
 
-        filled = jnp.where(made_jump, 0, state.filled)
+        filled = jnp.where(made_jump, 0, state.memory.filled)
         regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
 
         # `history` holds N at the steps before t0, newest first; each step adds its own start
         def multistep(y, history):
             ahead = extrapolation(self.order_)
+            # a loop costs a small machine a fifth of its time; in a large one it hides behind the products
+            unroll = self.substeps <= 4 and y0.size <= _SMALL
 
             def one(carry, i):
                 y, history = carry
@@ -225,7 +250,7 @@ class ExponentialAdams(diffrax.AbstractSolver):
                 return (y, history), None
 
             (y, history), _ = jax.lax.scan(
-                one, (y, history), jnp.arange(self.substeps), unroll=self.substeps <= 4
+                one, (y, history), jnp.arange(self.substeps), unroll=unroll
             )
             return y, history, filled, jnp.array(True)
 
@@ -246,10 +271,6 @@ class ExponentialAdams(diffrax.AbstractSolver):
             return y, history, jnp.where(regular, filled + self.substeps, 0), fits
 
         y1, history, filled, fits = jax.lax.cond(
-            (filled >= self.order_ - 1) & regular, multistep, start, y0, state.history
+            (filled >= self.order_ - 1) & regular, multistep, start, y0, state.memory.history
         )
-        new = eqx.tree_at(lambda s: (s.history, s.filled), state, (history, filled))
-        return y1, None, _dense(t0, t1, y0, y1, terms, args), new, _result(fits)
-
-    def func(self, terms, t0, y0, args):
-        return terms.vf(t0, y0, args)
+        return y1, Memory(history, filled), fits

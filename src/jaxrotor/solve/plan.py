@@ -140,17 +140,16 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
 
         def sample(carry, k):
             def step(i, carry):
-                y, history, filled = carry
+                y, memory = carry
                 t = when + k * interval + i * h
-                old = eqx.tree_at(lambda s: (s.history, s.filled), state, (history, filled))
-                y, _, _, new, _ = solver.step(terms, t, t + h, y, system, old, jnp.array(False))
-                return y, new.history, new.filled
+                now = eqx.tree_at(lambda s: s.memory, state, memory)
+                y, memory, _ = solver.advance(terms, t, t + h, y, system, now, jnp.array(False))
+                return y, memory
 
             carry = jax.lax.fori_loop(0, count, step, carry)
             return carry, carry[0]
 
-        start = (y0, state.history, state.filled)
-        return jax.lax.scan(sample, start, jnp.arange(_PILOT_SAMPLES))[1]
+        return jax.lax.scan(sample, (y0, state.memory), jnp.arange(_PILOT_SAMPLES))[1]
 
     coarse, fine = jax.lax.map(run, jnp.stack([substeps, 2 * substeps]))
     if n == 0:

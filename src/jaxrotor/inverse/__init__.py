@@ -1,0 +1,1 @@
+"""From measurements or wishes back to parameters: identification."""

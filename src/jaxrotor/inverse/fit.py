@@ -1,0 +1,99 @@
+"""Levenberg-Marquardt on the residuals, from one start or a batch of them."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jaxtyping import Array, Float
+from tqdm import tqdm
+
+from .problem import Problem, residual_and_slopes, with_data
+from .simulated import records_and_slopes
+
+_SOLVER = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
+_TAGS: frozenset[object] = frozenset()
+# Iterations without a gain of this part of the cost after which a search has come to rest.
+_PATIENCE, _GAIN = 3, 1e-6
+# Residuals of this part of the standard deviations are rounding.
+_ROUNDING = 1e-11
+
+
+class Fit(NamedTuple):
+    """Where a search ended. `costs`: half the sum of squares at each iteration. `stopped`: it came to rest
+    before the iterations ran out."""
+
+    u: Float[Array, " n"]
+    costs: np.ndarray
+    stopped: bool
+
+
+def _given(r: Array, J: Array):
+    """A residual that is known already, as optimistix asks for it: the simulation stays outside its step,
+    and so is compiled once for all stages."""
+
+    @jax.custom_jvp
+    def residual(u):
+        return r
+
+    @residual.defjvp
+    def _(primals, tangents):
+        return r, J @ tangents[0]
+
+    return lambda u, _: (residual(u), None)
+
+
+def _begin(problem: Problem, u: Array, m: int) -> Any:
+    fn = _given(jnp.zeros(m), jnp.zeros((m, u.shape[0])))
+    shape, aux = jax.eval_shape(lambda: fn(u, None))
+    return _SOLVER.init(fn, u, None, {}, shape, aux, _TAGS)
+
+
+@eqx.filter_jit
+def _begin_all(problem: Problem, u: Array, m: int) -> Any:
+    return eqx.filter_vmap(lambda u: _begin(problem, u, m))(u)
+
+
+@eqx.filter_jit
+def _step_all(problem: Problem, u: Array, state: Any, found, slopes, data):
+    """Each member moves on by what was simulated at its `state.y_eval`."""
+
+    def one(u, state, found, slopes, data):
+        r, J = residual_and_slopes(with_data(problem, data), state.y_eval, found, slopes)
+        u, state, _ = _SOLVER.step(_given(r, J), u, None, {}, state, _TAGS)
+        return u, state, 0.5 * jnp.sum(state.f_info.residual**2)
+
+    each = eqx.if_array(0)
+    return eqx.filter_vmap(one, in_axes=(0, each, each, each, each))(u, state, found, slopes, data)
+
+
+def search(
+    problem: Problem,
+    starts: Float[Array, "b n"],
+    iterations: int,
+    bar: tqdm | None = None,
+    data: tuple[Float[Array, "b nt"], ...] | None = None,
+) -> list[Fit]:
+    """A search from each of `starts`, all in one batch; `data`: what was measured, if each member has its
+    own. Where a run leaves the finite numbers the step is taken back and a shorter one tried."""
+    u = starts
+    count = sum(s.compared.spread.shape[0] for s in problem.signals) + len(problem.space.with_prior)
+    state = _begin_all(problem, u, count)
+    history: list[np.ndarray] = []
+    rested = np.zeros(len(starts), bool)
+    for i in range(iterations):
+        found, slopes = records_and_slopes(problem.simulated, state.y_eval)
+        u, state, cost = _step_all(problem, u, state, found, slopes, data)
+        history.append(np.asarray(cost))
+        rested |= np.asarray(state.terminate) | (history[-1] < 0.5 * count * _ROUNDING**2)
+        if i >= _PATIENCE:
+            rested |= history[-1 - _PATIENCE] - history[-1] <= _GAIN * history[-1]
+        if bar is not None:
+            bar.set_postfix_str(f"cost {np.nanmin(history[-1]):.4g}")
+            bar.update(1)
+        if rested.all():
+            break
+    costs = np.stack(history, axis=1)
+    return [Fit(u[k], costs[k], bool(rested[k])) for k in range(len(starts))]

@@ -1,0 +1,165 @@
+"""Parameters from measured runs."""
+
+import dataclasses
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from ..errors import InputError
+from ..machine.machine import Machine
+from ..measure.channel import as_channels
+from ..parameter import require_x64
+from .bench import Bench
+from .domain import AbstractDomain, Time
+from .fit import Fit, search
+from .identification import Identification
+from .meeting import meet, noise_given
+from .problem import Problem, pose, residual_and_slopes, weighed
+from .simulated import records, records_and_slopes
+from .space import Space
+from .trial import as_trials
+from .uncertainty import knowledge
+from .unknown import as_unknowns
+
+# A channel met better than this part of its own size has no noise to be weighed by.
+_QUIET = 1e-6
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """One search of several: in a `domain`, from where the last one ended."""
+
+    domain: AbstractDomain
+    iterations: int = 20
+
+
+def identify(
+    machine: Machine,
+    parameters: Any,
+    sensors: Mapping[str, Any],
+    data: Any,
+    *,
+    stages: Sequence[Stage | AbstractDomain] = (Time(),),
+    starts: Sequence[Mapping[str, float]] = (),
+    shaft: str | None = None,
+    progress: bool | None = None,
+) -> Identification:
+    """Finds `parameters` of `machine` (and of its channels) such that what `sensors` would have recorded
+    meets `data`, by Levenberg-Marquardt on forward-mode sensitivities.
+
+    **Arguments:**
+
+    - `parameters`: `Unknown`s, or plain paths.
+    - `sensors`: name -> a sensor or a `Channel`. A channel's `noise.std` weighs it; without one, its noise is
+      taken from its residual.
+    - `data`: `Record`s or `Trial`s, of one or several runs; series carry the names of `sensors`.
+    - `stages`: searches one after the other, such as `(Orders(), Time())`: by order no cycle can be skipped,
+      over time everything counts. The uncertainty is that of the last.
+    - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
+    - `shaft`: station whose angle counts the turns for `Orders`; by default the first.
+
+    **Returns** an `Identification`. Raises `InputError` for wrong input, before anything runs.
+    """
+    require_x64()
+    machine.check()
+    bench = Bench(machine, as_channels(dict(sensors)))
+    space = Space.of(bench, as_unknowns(parameters))
+    searches = [s if isinstance(s, Stage) else Stage(s) for s in stages]
+    if not searches:
+        raise InputError("stages: name one at least, such as Time()")
+    begun = bench.set(dict(zip(space.paths, space.starts)))
+    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
+    places = jnp.stack([jnp.zeros(len(space)), *(_place(space, start) for start in starts)])
+    total = sum(stage.iterations for stage in searches)
+    bar = tqdm(
+        total=total,
+        unit="iteration",
+        file=sys.stderr,
+        leave=False,
+        disable=None if progress is None else not progress,
+    )
+    histories: list[np.ndarray] = []
+    problem: Problem | None = None
+    with bar:
+        for stage in searches:
+            problem = pose(bench, space, trials, stage.domain, shaft)
+            problem, best = _search(problem, places, stage.iterations, bar)
+            places = best.u[None]
+            histories.append(best.costs)
+    assert problem is not None
+    return _told(problem, best, tuple(histories))
+
+
+def _place(space: Space, start: Mapping[str, float]):
+    wrong = [path for path in start if path not in space.paths]
+    if wrong:
+        raise InputError(
+            f"starts: `{wrong[0]}` is not looked for: name one of {', '.join(space.paths)}"
+        )
+    values = np.array(space.starts)
+    for path, value in start.items():
+        values[space.paths.index(path)] = value
+    place = space.places(values)
+    if not np.isfinite(place).all():
+        path = space.paths[int(np.argmin(np.isfinite(place)))]
+        raise InputError(
+            f"starts: `{path}` cannot start at {start[path]:g}: it is out of its bounds"
+        )
+    return place
+
+
+def _search(problem: Problem, places, iterations: int, bar) -> tuple[Problem, Fit]:
+    """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
+    fits = search(problem, places, iterations, bar)
+    best = min(fits, key=lambda fit: np.inf if np.isnan(fit.costs[-1]) else fit.costs[-1])
+    if not np.isfinite(best.costs[-1]):
+        raise InputError(
+            "no start leads to a run that stays finite: give other `start`s, or a smaller `step`"
+        )
+    given = noise_given(problem)
+    if all(given) or len(given) == 1:
+        return problem, best
+    levels = []
+    for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
+        r = np.asarray(signal.residual(record))
+        levels.append(float(np.sqrt(r @ r / signal.count)))
+    if max(level for level, known in zip(levels, given) if not known) < _QUIET:
+        return problem, best
+    problem = weighed(
+        problem,
+        [
+            s.std if known else s.std * max(level, _QUIET)
+            for s, level, known in zip(problem.signals, levels, given)
+        ],
+    )
+    again = search(problem, best.u[None], iterations, bar)[0]
+    return problem, again._replace(costs=np.concatenate([best.costs, again.costs]))
+
+
+def _told(problem: Problem, best: Fit, histories) -> Identification:
+    space = problem.space
+    found, slopes = records_and_slopes(problem.simulated, best.u[None])
+    first = jax.tree.map(lambda x: x[0], (found, slopes))
+    r, J = (np.asarray(x) for x in residual_and_slopes(problem, best.u, *first))
+    known = knowledge(J, r, space.paths, problem.count, all(noise_given(problem)))
+    bench = space.placed(problem.simulated.bench, best.u)
+    return Identification(
+        machine=bench.machine,
+        sensors=bench.channels,
+        space=space,
+        u=np.asarray(best.u),
+        slopes=np.diag(np.asarray(jax.jacfwd(space.values)(best.u))),
+        knowledge=known,
+        channels=meet(problem, best.u, known.scale),
+        histories=histories,
+        stopped=best.stopped,
+        cost=float(0.5 * r @ r),
+        count=problem.count,
+        units=tuple(bench.unit(path) for path in space.paths),
+        problem=problem,
+    )

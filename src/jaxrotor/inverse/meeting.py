@@ -1,0 +1,68 @@
+"""Measured beside simulated, channel by channel."""
+
+import dataclasses
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from .problem import Problem
+from .simulated import records
+from .uncertainty import too_large, whiteness
+
+
+@dataclasses.dataclass(frozen=True)
+class ChannelFit:
+    """One channel of one run: `measured` and `simulated` at `t` (s), in `unit`. `std`: of its noise. `white`:
+    probability that noise is as correlated as its residual; `sized`: that it is as large, where the noise
+    was given."""
+
+    run: str
+    channel: str
+    unit: str
+    t: np.ndarray
+    measured: np.ndarray
+    simulated: np.ndarray
+    std: float
+    white: float | None
+    sized: float | None
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured less simulated, NaN where nothing was measured."""
+        return self.measured - self.simulated
+
+
+def noise_given(problem: Problem) -> list[bool]:
+    """Of each signal: whether the size of its noise was given."""
+    channels = problem.simulated.bench.channels
+    noise = [channels[s.channel].noise for s in problem.signals]
+    return [n is not None and float(n.std) > 0 for n in noise]
+
+
+def meet(problem: Problem, u: Any, scale: float, known: bool = False) -> tuple[ChannelFit, ...]:
+    """`scale`: of the standard deviations of signals whose noise was not given (`known`: all were)."""
+    simulated = problem.simulated
+    found = []
+    times = [t for run in simulated.runs for t in run.times]
+    for signal, t, record, given in zip(
+        problem.signals, times, records(simulated, jnp.asarray(u, float)), noise_given(problem)
+    ):
+        size = 1.0 if given or known else scale
+        valid = np.asarray(signal.valid) > 0
+        r = np.asarray(signal.residual(record)) / size
+        over_time = signal.compared.matrix is None
+        found.append(
+            ChannelFit(
+                run=signal.run,
+                channel=signal.channel,
+                unit=simulated.bench.channels[signal.channel].recorded_in,
+                t=np.asarray(t),
+                measured=np.where(valid, np.asarray(signal.values), np.nan),
+                simulated=np.asarray(record),
+                std=float(signal.std) * size,
+                white=whiteness(r, valid) if over_time else None,
+                sized=too_large(r[valid], int(valid.sum())) if given and over_time else None,
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,68 @@
+"""A recorded run, and how the machine is simulated to meet it."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..machine.machine import Machine
+from ..measure.record import Record
+from ..solve.plan import Plan, plan
+from ..solve.simulate import Initial
+from ..solve.state import State
+
+
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """**Arguments:**
+
+    - `record`: what was measured; its time 0 is that of the run.
+    - `sample_rate`: Hz, of the simulation; by default that of the fastest channel.
+    - `initial`, `speed`, `step`, `solver`: as for `jr.simulate`.
+    - `conditions`: what was different in this run: path -> value, such as a trial mass or another drive.
+    """
+
+    record: Record
+    sample_rate: float | None = None
+    initial: Initial | State = "static"
+    speed: float | None = None
+    conditions: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    step: Plan | float | None = None
+    solver: Any = None
+
+    def planned(self, machine: Machine) -> "Trial":
+        """With its sample rate, and with a step fit for `machine`."""
+        rate = self.sample_rate
+        if rate is None:
+            rate = max(1.0 / float(np.median(np.diff(s.t))) for s in self.record.series.values())
+        step = self.step
+        if step is None and self.solver is None:
+            step = plan(machine.set(self.conditions), self.record.end + 2 / rate, rate, self.speed)
+        return dataclasses.replace(self, sample_rate=float(rate), step=step)
+
+    @property
+    def t_end(self) -> float:
+        """A little beyond the last value, for values between samples."""
+        assert self.sample_rate is not None
+        return self.record.end + 2 / self.sample_rate
+
+
+def as_trials(data: Any) -> tuple[Trial, ...]:
+    """From a record, a trial, or several of them."""
+    many = data if isinstance(data, Sequence) else [data]
+    found = []
+    for one in many:
+        if isinstance(one, Record):
+            one = Trial(one)
+        if not isinstance(one, Trial):
+            raise InputError(f"data must be Records or Trials, but one is {type(one).__name__}")
+        if min(float(s.t[0]) for s in one.record.series.values()) < -1e-9:
+            raise InputError(
+                f"`{one.record.name}`: has values before t = 0, where the run starts: shift its time"
+            )
+        found.append(one)
+    if not found:
+        raise InputError("no data: give a Record or a Trial at least")
+    return tuple(found)

@@ -1,0 +1,139 @@
+"""Measured data: what is read, what is refused, and with which words."""
+
+import numpy as np
+import pandas
+import pytest
+import xarray
+
+import jaxrotor as jr
+
+T = np.arange(50) * 1e-3
+VALUES = np.sin(40 * T)
+
+MAP = """
+file = "run.csv"
+time = { column = "t", unit = "ms" }
+missing = -9999.0
+
+[channels.housing]
+column = "a"
+unit = "m/s^2"
+offset = "2 ms"
+"""
+
+
+def write(folder, table, told=MAP, name="run.csv"):
+    if name.endswith(".csv"):
+        pandas.DataFrame(table).to_csv(folder / name, index=False)
+    (folder / "run.toml").write_text(told)
+    return folder / "run.toml"
+
+
+def test_csv_with_gaps(tmp_path):
+    """Units, a time offset, missing values in three spellings."""
+    values = VALUES.copy()
+    values[[3, 10]] = np.nan
+    values[20] = -9999.0
+    found = jr.read_record(write(tmp_path, {"t": 1e3 * T, "a": values}))
+    one = found["housing"]
+    assert one.unit == "m/s^2" and found.name == "run"
+    np.testing.assert_allclose(one.t, T + 2e-3, atol=1e-15)
+    assert list(np.flatnonzero(~one.valid)) == [3, 10, 20]
+    np.testing.assert_array_equal(one.values[one.valid], VALUES[one.valid])
+
+
+def test_netcdf_brings_its_units(tmp_path):
+    data = xarray.Dataset(
+        {"a": ("t", VALUES, {"units": "mm/s^2"})}, coords={"t": ("t", T, {"units": "s"})}
+    )
+    data.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    told = 'file = "run.nc"\ntime = { column = "t" }\n[channels.housing]\ncolumn = "a"\n'
+    found = jr.read_record(write(tmp_path, None, told, "run.nc"))["housing"]
+    assert found.unit == "mm/s^2"
+    np.testing.assert_array_equal(found.t, T)
+
+
+def test_parquet_and_two_rates(tmp_path):
+    pytest.importorskip("pyarrow")
+    pandas.DataFrame({"t": T, "a": VALUES}).to_parquet(tmp_path / "run.parquet")
+    pandas.DataFrame({"s": T[::5], "n": 100 * T[::5]}).to_csv(tmp_path / "tacho.csv", index=False)
+    told = """
+file = "run.parquet"
+time = { column = "t", unit = "s" }
+[channels.housing]
+column = "a"
+[channels.tacho]
+file = "tacho.csv"
+time = { column = "s", unit = "s" }
+column = "n"
+unit = "rpm"
+"""
+    found = jr.read_record(write(tmp_path, None, told, "run.parquet"))
+    assert (len(found["housing"]), len(found["tacho"])) == (50, 10)
+
+
+def test_shuffled_time(tmp_path):
+    order = np.random.default_rng(0).permutation(50)
+    table = {"t": 1e3 * T[order], "a": VALUES[order]}
+    with pytest.raises(jr.InputError, match=r"`run.csv`: a: time must rise, but row .* sort"):
+        jr.read_record(write(tmp_path, table))
+    found = jr.read_record(write(tmp_path, table, "sort = true\n" + MAP))["housing"]
+    np.testing.assert_array_equal(found.values, VALUES)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda d: d.update(a=[*VALUES[:-1], "much"]), "row 50 of column `a`.*'much', no number"),
+        (lambda d: d["t"].__setitem__(4, np.nan), "the instant in row 5 is nan"),
+        (lambda d: d["a"].__setitem__(4, np.inf), "the value in row 5 is infinite"),
+        (lambda d: d["t"].__setitem__(4, d["t"][3]), "time must rise, but row 5"),
+        (lambda d: d.update(t=d["t"][:3], a=d["a"][:3]), "has 3 values; 4 at least"),
+        (lambda d: d.pop("a"), "no such column"),
+    ],
+)
+def test_bad_tables(tmp_path, change, words):
+    table = {"t": list(1e3 * T), "a": list(VALUES)}
+    change(table)
+    with pytest.raises(jr.InputError, match=words):
+        jr.read_record(write(tmp_path, table))
+
+
+@pytest.mark.parametrize(
+    "told, words",
+    [
+        ("file = 3 4", "is not TOML"),
+        (MAP.replace('column = "a"', 'colum = "a"'), "colum.*did you mean `column`"),
+        (MAP.replace("m/s^2", "m/s^^2"), "is no unit"),
+        (MAP.replace('unit = "ms"', 'unit = "mm"'), "channels.housing.time: its unit"),
+        (MAP.replace("2 ms", "2 mm"), "must be in s"),
+        (MAP.replace("run.csv", "walk.csv"), "walk.csv`: there is no such file"),
+        (MAP.replace("run.csv", "run.xls"), "no such file"),
+        ('file = "run.csv"\n', "names no channel"),
+        (MAP.split("[channels")[0] + "channels = { a = 3 }", "channels.a must be a table"),
+        (MAP.replace('column = "a"\n', ""), "`column` is missing"),
+    ],
+)
+def test_bad_descriptions(tmp_path, told, words):
+    with pytest.raises(jr.InputError, match=words):
+        jr.read_record(write(tmp_path, {"t": 1e3 * T, "a": VALUES}, told))
+
+
+def test_ragged_file(tmp_path):
+    place = write(tmp_path, {"t": T, "a": VALUES})
+    (tmp_path / "run.csv").write_text("t,a\n1,2\n3,4,5,6\n")
+    with pytest.raises(jr.InputError, match="cannot be read: .*line 3"):
+        jr.read_record(place)
+    with pytest.raises(jr.InputError, match="there is no such file"):
+        jr.read_record(tmp_path / "none.toml")
+
+
+def test_series_and_records_refuse():
+    with pytest.raises(jr.InputError, match="as many values as instants"):
+        jr.Series(T, VALUES[:-1])
+    with pytest.raises(jr.InputError, match="must be a Series"):
+        jr.Record({"a": VALUES})
+    with pytest.raises(jr.InputError, match="holds no signal"):
+        jr.Record({})
+    with pytest.raises(jr.InputError, match="time must rise"):
+        jr.angle_of([0.1, 0.1, 0.2, 0.3, 0.4], 1)
