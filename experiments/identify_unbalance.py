@@ -94,7 +94,13 @@ def identified(noise: float, seed: int) -> jr.Identification:
     channels, record = recorded(noise, seed)
     machine, starts = start()
     return jr.identify(
-        machine, unknowns(), channels, record, stages=(jr.Orders(), jr.Time()), starts=starts, shaft="main"
+        machine,
+        unknowns(),
+        channels,
+        record,
+        stages=(jr.Orders(), jr.Time()),
+        starts=starts,
+        shaft="main",
     )
 
 

@@ -21,8 +21,9 @@ def whirl():
         {"d": jr.Rotor(M, 0.02, 0.012, unbalance=jr.Unbalance(E, LEAN))},
         attachments={"bearing": (jr.LinearSupport([K, K, 0, 0, 0, 0], [C, C, 0, 0, 0, 0]), "d")},
         fixed={"d": ("z", "psi", "theta")},
+        prescribed={"d": {"phi": jr.ConstantSpeed(W)}},
     )
-    return jr.simulate(machine, 0.2, 4000.0, initial="steady", speed=W)
+    return jr.simulate(machine, 0.2, 4000.0, initial="steady")
 
 
 def test_what_each_sensor_sees(whirl):

@@ -85,7 +85,7 @@ class Bench(eqx.Module):
 
     def unit(self, path: str) -> str:
         """SI unit of a parameter."""
-        name, _ = split_entry(path)
+        name, entry = split_entry(path)
         head, *steps = name.split(".")
         if head in self.channels:
             channel = self.channels[head]
@@ -93,8 +93,11 @@ class Bench(eqx.Module):
                 return f"{channel.recorded_in}/({channel.sensor.unit})"
             if steps[-1] in ("bias", "std", "quantum"):
                 return channel.recorded_in
-            root, steps = channel, steps
+            root = channel
         else:
             root, steps = self.machine._split(name)[1:]
         field = field_of(resolve(root, steps[:-1], name), steps[-1]) if steps else None
-        return field.metadata["unit"] if field is not None else ""
+        if field is None:
+            return ""
+        several = field.metadata["units"]
+        return several[entry] if several and entry is not None else field.metadata["unit"]
