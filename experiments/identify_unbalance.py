@@ -1,9 +1,9 @@
 """Six unbalance parameters of the two-rotor machine, from one run-up.
 
 The machine of Matyja & Łazarz (2014) runs up to 1000 rad/s. Recorded are the accelerations of its two
-bearing housings, across and upwards, and a tachometer at the second rotor, each with noise. Looked for are static
-and dynamic unbalance of the main rotor and the static unbalance of the second one, each 50 % wrong at first and
-its angle by 90 to 180 degrees: four starts are searched in one batch, by order first and then over time.
+bearing housings, across and upwards, and a tachometer at the second rotor, each with noise. Looked for are
+static and dynamic unbalance of the main rotor and the static unbalance of the second one, each 50 % wrong at
+first and its angle by 143 degrees: four starts are searched in one batch, by order first, then over time.
 Then the run is identified again without noise, to see what the method itself can do.
 
     python experiments/identify_unbalance.py [--out results/identify_unbalance] [--noise 0.05] [--seed 1]

@@ -1,4 +1,4 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify STUDY.toml`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -137,6 +137,14 @@ def parser() -> argparse.ArgumentParser:
         "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_response)"
     )
     response.add_argument("--force", action="store_true", help="write into a folder in use")
+    found = command(
+        "identify", "find parameters from measured runs, as [identify] in the study asks"
+    )
+    found.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_identify)"
+    )
+    found.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    found.add_argument("--force", action="store_true", help="write into a folder in use")
     return top
 
 
@@ -159,6 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "modes": _modes,
             "campbell": _campbell,
             "response": _response,
+            "identify": _identify,
         }
         return commands[given.command](given)
     except InputError as error:
@@ -273,6 +282,12 @@ def _response(given: argparse.Namespace) -> int:
         given.out,
         given.force,
     )
+
+
+def _identify(given: argparse.Namespace) -> int:
+    from .study.identify import run_identify
+
+    return run_identify(_load(given.study), given.out, given.quiet, given.force)
 
 
 if __name__ == "__main__":

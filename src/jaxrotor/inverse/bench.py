@@ -87,17 +87,13 @@ class Bench(eqx.Module):
         """SI unit of a parameter."""
         name, entry = split_entry(path)
         head, *steps = name.split(".")
-        if head in self.channels:
-            channel = self.channels[head]
-            if steps == ["sensitivity"]:
-                return f"{channel.recorded_in}/({channel.sensor.unit})"
-            if steps[-1] in ("bias", "std", "quantum"):
-                return channel.recorded_in
-            root = channel
-        else:
-            root, steps = self.machine._split(name)[1:]
-        field = field_of(resolve(root, steps[:-1], name), steps[-1]) if steps else None
-        if field is None:
-            return ""
-        several = field.metadata["units"]
-        return several[entry] if several and entry is not None else field.metadata["unit"]
+        if head not in self.channels:
+            units = self.machine.units(name)
+            return units[entry if entry is not None and len(units) > 1 else 0]
+        channel = self.channels[head]
+        if steps == ["sensitivity"]:
+            return f"{channel.recorded_in}/({channel.sensor.unit})"
+        if steps[-1] in ("bias", "std", "quantum"):
+            return channel.recorded_in
+        field = field_of(resolve(channel, steps[:-1], name), steps[-1])
+        return field.metadata["unit"] if field is not None else ""

@@ -20,7 +20,7 @@ from .problem import Problem, pose, weighed
 from .space import Space
 from .trial import Trial, as_trials
 from .uncertainty import Knowledge
-from .unknown import Unknown
+from .unknown import Unknown, split_entry
 
 # Below this probability of being chance a residual is called not white, or too large.
 _CHANCE = 0.01
@@ -61,6 +61,13 @@ class Identification:
     def values(self) -> dict[str, float]:
         found = self.space.shown(self.space.values(self.u))
         return dict(zip(self.paths, found.tolist()))
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Paths of the machine's parameters that were set, ties among them, entries as their whole."""
+        named = [p for path, ties in zip(self.paths, self.space.ties) for p in (path, *dict(ties))]
+        whole = [split_entry(path)[0] for path in named]
+        return tuple(dict.fromkeys(p for p in whole if p.split(".")[0] not in self.sensors))
 
     @property
     def std(self) -> dict[str, float]:

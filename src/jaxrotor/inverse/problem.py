@@ -93,6 +93,7 @@ def pose(
             t_end=trial.t_end, sample_rate=trial.sample_rate, step=trial.step
         )
         if trial.solver is not None:
+            # adaptive solvers know one mode of differentiation at a time
             settings.update(solver=trial.solver, adjoint=diffrax.ForwardMode())
         series = trial.record.series
         run = Run(

@@ -4,11 +4,14 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import diffrax
 import numpy as np
 
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.record import Record
+from ..solve.adaptive import is_smooth
+from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
 from ..solve.simulate import Initial
 from ..solve.state import State
@@ -37,10 +40,13 @@ class Trial:
         rate = self.sample_rate
         if rate is None:
             rate = max(1.0 / float(np.median(np.diff(s.t))) for s in self.record.series.values())
-        step = self.step
-        if step is None and self.solver is None:
-            step = plan(machine.set(self.conditions), self.record.end + 2 / rate, rate, self.speed)
-        return dataclasses.replace(self, sample_rate=float(rate), step=step)
+        machine = machine.set(self.conditions)
+        solver, step = self.solver, self.step
+        if solver is None and not is_smooth(machine):
+            solver = diffrax.Kvaerno5()
+        if step is None and (solver is None or isinstance(solver, AbstractExponential)):
+            step = plan(machine, self.record.end + 2 / rate, rate, self.speed)
+        return dataclasses.replace(self, sample_rate=float(rate), step=step, solver=solver)
 
     @property
     def t_end(self) -> float:

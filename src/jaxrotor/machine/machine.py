@@ -176,6 +176,16 @@ class Machine(eqx.Module):
         _, root, steps = self._split(path)
         return resolve(root, steps, path)
 
+    def units(self, path: str) -> tuple[str, ...]:
+        """SI unit of a parameter: one, or one for each entry where they differ."""
+        _, root, steps = self._split(path)
+        resolve(root, steps, path)
+        field = field_of(resolve(root, steps[:-1], path), steps[-1]) if steps else None
+        if field is None or "unit" not in field.metadata:
+            raise InputError(f"`{path}`: is no parameter")
+        several: tuple[str, ...] = field.metadata["units"]
+        return several or (field.metadata["unit"],)
+
     def set(self, values: Mapping[str, Any]) -> "Machine":
         """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked."""
         machine = self

@@ -15,13 +15,13 @@ from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
 from .settings import Report, Simulation, check_simulation, read_section
 
-_SECTIONS = ("title", "source", "machine", "simulation", "report", "figures")
+_SECTIONS = ("title", "source", "machine", "simulation", "report", "figures", "identify")
 
 
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `settings` are those of the simulation, in SI; `figures` are drawn beside
-    those that `report` chooses; `path` is the file."""
+    those that `report` chooses; `identify` is what `jaxrotor identify` is asked for; `path` is the file."""
 
     machine: Machine
     settings: Simulation
@@ -30,6 +30,7 @@ class Study:
     report: Report = Report()
     figures: tuple[Figure, ...] = ()
     path: Path | None = None
+    identify: Any = None
 
     @property
     def name(self) -> str:
@@ -77,7 +78,22 @@ def load(path: str | Path) -> Study:
         check_figures(figures, machine, faults)
     if machine is None or settings is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
-    return Study(machine, settings, report=report, figures=figures, path=path, **texts)
+    asked = _asked(document, machine, path)
+    return Study(
+        machine, settings, report=report, figures=figures, path=path, identify=asked, **texts
+    )
+
+
+def _asked(document: dict, machine: Machine, path: Path) -> Any:
+    """The [identify] section, where there is one."""
+    if "identify" not in document:
+        return None
+    from .identify import read_identify
+
+    try:
+        return read_identify(document["identify"], machine, path.resolve().parent)
+    except InputError as error:
+        raise InputError(*(f"{path.name}: {p}" for p in error.problems)) from None
 
 
 def _text(key: str, value: Any, faults: Faults) -> str:

@@ -1,0 +1,227 @@
+"""The [identify] section of a study, and what `jaxrotor identify` does with it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..files import folder_written_whole, written_whole
+from ..inverse.bench import Bench
+from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
+from ..inverse.identification import Identification
+from ..inverse.identify import Stage, identify
+from ..inverse.trial import Trial
+from ..inverse.unknown import Unknown
+from ..machine import Machine
+from ..measure.channel import Channel
+from ..measure.read import read_record
+from ..units import read, shown
+from .build import FAILED, Context, build_element
+from .faults import Faults, guess
+from .options import study_name
+from .study import Study
+from .written import save_figure
+
+_KEYS = ("records", "sensors", "unknowns", "stages", "turns", "orders", "iterations", "shaft")
+_UNKNOWN_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
+_OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver")
+_STAGES = ("orders", "envelope", "time")
+
+
+@dataclass(frozen=True)
+class Identify:
+    """What [identify] asks for."""
+
+    records: tuple[Path, ...]
+    sensors: dict[str, Channel]
+    unknowns: tuple[Unknown, ...]
+    stages: tuple[Stage, ...]
+    shaft: str | None
+
+
+def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
+    """Raises `InputError` with every fault of the section.
+
+    ```toml
+    [identify]
+    records = ["run_up.toml"]              # see jr.read_record; beside the study file
+    stages = ["orders", "time"]            # also "envelope", { low = "10 Hz", high = "80 Hz" }
+    turns = 8                              # of a window of orders and envelope
+    orders = [1]
+    shaft = "main"                         # station whose angle counts the turns
+
+    [identify.sensors.housing]             # named as in the record
+    sensor = { kind = "Accelerometer", station = "left", direction = [0, 1, 0] }
+    noise = { std = 0.2 }                  # in the unit of the channel; left out: from the residual
+
+    [[identify.unknowns]]
+    path = "main.unbalance.eccentricity"
+    start = "0.1 mm"                       # left out: what the machine has
+    positive = true                        # or circular = true, or bounds = ["0 mm", "1 mm"]
+    ```
+    """
+    faults = Faults()
+    if not isinstance(table, dict):
+        raise InputError(f"`identify`: must be a table, but is {shown(table)}: write [identify]")
+    meant = faults.unknown_keys("identify", table, _KEYS)
+    for key, words in (
+        ("records", 'records = ["run_up.toml"]'),
+        ("sensors", "[identify.sensors.NAME] tables"),
+        ("unknowns", "[[identify.unknowns]] tables with a path"),
+    ):
+        if not table.get(key) and key not in meant:
+            faults.add("identify", f"{key} is missing: write {words}")
+    records = _texts(table, "records", faults)
+    sensors = {}
+    given = table.get("sensors", {})
+    for name, one in (given if isinstance(given, dict) else {}).items():
+        place = f"identify.sensors.{name}"
+        if not isinstance(one, dict):
+            faults.add(place, f"must be a table, but is {shown(one)}: give it sensor = {{ ... }}")
+            continue
+        channel = build_element(Channel, one, Context(faults, place, folder))
+        if channel is not FAILED:
+            sensors[name] = channel
+    stages = _stages(table, faults)
+    shaft = table.get("shaft")
+    if shaft is not None and shaft not in machine.wiring.stations:
+        faults.add(
+            "identify",
+            f"shaft names no station {shown(shaft)}{guess(shaft, machine.wiring.stations)}",
+        )
+    unknowns = []
+    if not faults.sentences:
+        bench = Bench(machine, sensors)
+        for i, one in enumerate(table["unknowns"]):
+            unknowns.append(_unknown(one, f"identify.unknowns, entry {i + 1}", bench, faults))
+    if faults.sentences:
+        raise InputError(*faults.sentences)
+    return Identify(tuple(folder / r for r in records), sensors, tuple(unknowns), stages, shaft)
+
+
+def _texts(table: dict, key: str, faults: Faults) -> list[str]:
+    given = table.get(key, [])
+    if isinstance(given, list) and all(isinstance(x, str) for x in given):
+        return given
+    faults.add("identify", f"{key} must be a list of texts, but is {shown(given)}")
+    return []
+
+
+def _stages(table: dict, faults: Faults) -> tuple[Stage, ...]:
+    found: list[AbstractDomain] = []
+    try:
+        turns = float(read(table.get("turns", 8), ""))
+        orders = tuple(float(read(x, "")) for x in table.get("orders", [1]))
+        iterations = int(read(table.get("iterations", 20), ""))
+        for one in table.get("stages", ["time"]):
+            if one == "time":
+                found.append(Time())
+            elif one in ("orders", "envelope"):
+                found.append(Orders(orders, turns, envelope=one == "envelope"))
+            elif isinstance(one, dict) and set(one) == {"low", "high"}:
+                found.append(Frequencies(read(one["low"], "Hz"), read(one["high"], "Hz")))
+            else:
+                faults.add(
+                    "identify",
+                    f'stages must be "orders", "envelope", "time" or {{ low = "...", high = "..." }}, but '
+                    f"one is {shown(one)}{guess(one, _STAGES)}",
+                )
+    except (ValueError, TypeError, InputError) as error:
+        faults.add("identify", f"turns, orders, iterations or stages {error}")
+        return ()
+    return tuple(Stage(domain, iterations) for domain in found)
+
+
+def _unknown(table: Any, place: str, bench: Bench, faults: Faults) -> Unknown:
+    nothing = Unknown("")
+    if not isinstance(table, dict) or not isinstance(table.get("path"), str):
+        faults.add(place, 'needs a path, such as path = "main.unbalance.eccentricity"')
+        return nothing
+    faults.unknown_keys(place, table, _UNKNOWN_KEYS)
+    path = table["path"]
+    try:
+        bench.get(path)
+        unit = bench.unit(path)
+    except InputError as error:
+        faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+        return nothing
+    values: dict[str, Any] = {}
+    for key in ("start", "scale"):
+        if key in table:
+            values[key] = _quantity(table[key], unit, f"{place}: {key}", faults)
+    for key in ("bounds", "prior"):
+        if key in table:
+            pair = table[key]
+            if not isinstance(pair, list) or len(pair) != 2:
+                faults.add(place, f"{key} must be two quantities, but is {shown(pair)}")
+                continue
+            values[key] = tuple(_quantity(x, unit, f"{place}: {key}", faults) for x in pair)
+    also = table.get("also", {})
+    if not isinstance(also, dict) or not all(isinstance(x, (int, float)) for x in also.values()):
+        faults.add(
+            place,
+            f'also must be a table such as {{ "right.stiffness" = 1.0 }}, but is {shown(also)}',
+        )
+        also = {}
+    for key in ("positive", "circular"):
+        if not isinstance(table.get(key, False), bool):
+            faults.add(place, f"{key} must be true or false, but is {shown(table[key])}")
+    return Unknown(
+        path,
+        positive=table.get("positive", False) is True,
+        circular=table.get("circular", False) is True,
+        also={k: float(v) for k, v in also.items()},
+        **values,
+    )
+
+
+def _quantity(value: Any, unit: str, place: str, faults: Faults) -> float:
+    try:
+        return float(read(value, unit))
+    except ValueError as error:
+        faults.sentences.append(f"`{place}` {error}")
+        return 1.0  # goes no further: there is a fault
+
+
+def identify_study(study: Study, progress: bool | None = None) -> Identification:
+    """Runs the identification that the study asks for."""
+    if study.identify is None:
+        raise InputError(
+            f"`{study_name(study)}`: has no [identify] section: give it records, sensors and unknowns"
+        )
+    asked, settings = study.identify, study.settings.arguments()
+    given = {k: settings[k] for k in _OF_RUNS if k in settings}
+    trials = [Trial(read_record(record), **given) for record in asked.records]
+    return identify(
+        study.machine,
+        asked.unknowns,
+        asked.sensors,
+        trials,
+        stages=asked.stages,
+        shaft=asked.shaft,
+        progress=progress,
+    )
+
+
+def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> int:
+    """Estimates, figures, a machine-readable result, and the study with the identified values."""
+    from ..plot import channel_fits, correlations, costs
+    from .save import save_study
+
+    found = identify_study(study, progress=False if quiet else None)
+    folder = out if out is not None else Path("results") / f"{study.name}_identify"
+    with folder_written_whole(folder, force) as part:
+        for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
+            save_figure(draw(found), part / f"{name}.png")
+        save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
+        with written_whole(part / "summary.json") as file:
+            import json
+
+            told = {"study": study_name(study), **found.to_dict()}
+            file.write_text(json.dumps(told, indent=2) + "\n")
+    if not quiet:
+        print(found)
+    print(
+        f"{folder}/: fit.png, correlation.png, cost.png, {study.name}_identified.toml, summary.json"
+    )
+    return 0
