@@ -6,6 +6,7 @@ The simulation is a stand-in except in one test: what it computes is tested else
 import _thread
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -198,13 +199,16 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
     assert said == "Interrupted: nothing was written."
 
 
-def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch):
+def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch, request):
     # stands for a compiled call: signals reach Python when it has ended, too late for a user
     def busy(*_, **__):
         _thread.interrupt_main()
         time.sleep(20)
 
     monkeypatch.setattr(jr, "simulate", busy)
+    # a shell's background job ignores the signal, and then nothing would be interrupted
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     began = time.monotonic()
     assert main(["run", "disc.toml"]) == 130
     assert time.monotonic() - began < 10
