@@ -95,11 +95,10 @@ def root(
     parameters: Any,
     start: Array,
     steps: int,
-    spread: float = 1e-4,
 ) -> Float[Array, ""]:
-    """The zero of `gap(parameters, x)` near `start` by the secant method, NaN where none is reached. The
-    first two points stand `spread` (relative) apart. Exact derivatives by the parameters: the search is not
-    differentiated, one Newton step after it is (the implicit function theorem).
+    """The zero of `gap(parameters, x)` near `start` by the secant method, NaN where none is reached.
+    Exact derivatives by the parameters: the search is not differentiated, one Newton step after it is (the
+    implicit function theorem).
     """
 
     def point(x):
@@ -107,7 +106,7 @@ def root(
 
     start, still = jax.tree.map(jax.lax.stop_gradient, (start, parameters))
     # the loop evaluates the first two points too: one copy of `gap` in the program
-    first, second = start * (1 + spread), start
+    first, second = start * (1 + 1e-4), start
 
     def step(k, state):
         (x, y), (x_before, y_before) = state
@@ -118,10 +117,10 @@ def root(
         new = jnp.where(k < 2, given, jnp.clip(x - move, 0.8 * x, 1.25 * x))
         return (new, gap(still, new)), (x, y)
 
-    (x, _), (before, _) = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
+    (x, _), _ = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
     value, slope = jax.jvp(lambda x: gap(parameters, x), (x,), (jnp.ones_like(x),))
     out = x - value / jax.lax.stop_gradient(slope)
-    return jnp.asarray(jnp.where(jnp.abs(x - before) < 1e-6 * jnp.abs(x), out, jnp.nan))
+    return jnp.asarray(jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan))
 
 
 def stability_threshold(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files import folder_written_whole, written_whole
+from ..files import folder_written_whole
 from ..inverse.bench import Bench
 from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
 from ..inverse.identification import Identification
@@ -20,7 +20,7 @@ from .build import FAILED, Context, build_element
 from .faults import Faults, guess
 from .options import study_name
 from .study import Study
-from .written import save_figure
+from .written import save_figure, save_json
 
 _KEYS = ("records", "sensors", "unknowns", "stages", "turns", "orders", "iterations", "shaft")
 _UNKNOWN_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
@@ -214,11 +214,7 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
             save_figure(draw(found), part / f"{name}.png")
         save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
-        with written_whole(part / "summary.json") as file:
-            import json
-
-            told = {"study": study_name(study), **found.to_dict()}
-            file.write_text(json.dumps(told, indent=2) + "\n")
+        save_json(part / "summary.json", {"study": study_name(study), **found.to_dict()})
     if not quiet:
         print(found)
     print(
