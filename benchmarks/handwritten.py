@@ -42,10 +42,11 @@ FIGURES = dict(
 def _rotor_equations(sin, cos):
     """The closed form of physics.md for scalars or for arrays over the rotors."""
 
-    def accelerate(psi, theta, phi, psi_t, theta_t, phi_t, Q, m, Jt, Jp, e, sin_g, cos_g):
-        sp, cp, st, ct, sf, cf = sin(psi), cos(psi), sin(theta), cos(theta), sin(phi), cos(phi)
-        rx, ry = e * cf, e * sf
-        nx, ny, nz = sf * sin_g, -cf * sin_g, cos_g
+    def accelerate(psi, theta, at, ahead, psi_t, theta_t, phi_t, Q, m, Jt, Jp, e, sin_g, cos_g):
+        """`at`: angle of the mass centre; `ahead`: that of the inclination."""
+        sp, cp, st, ct = sin(psi), cos(psi), sin(theta), cos(theta)
+        rx, ry = e * cos(at), e * sin(at)
+        nx, ny, nz = sin(ahead) * sin_g, -cos(ahead) * sin_g, cos_g
         # force at C with the weight at the mass centre
         w = -m * GRAVITY
         fx, fy, fz = Q[0], Q[1] + w, Q[2]
@@ -104,8 +105,9 @@ def field():
         angle, speed, acceleration = drive(t)
         u, v = y.reshape(2, 6, 4)
         Q = (p["pull"] @ y + p["drag"] * speed).reshape(6, 4)
+        phi = u[5, :2] + angle
         rotors = jnp.stack(accelerate(
-            u[3, :2], u[4, :2], u[5, :2] + angle, v[3, :2], v[4, :2], v[5, :2] + speed,
+            u[3, :2], u[4, :2], phi, phi, v[3, :2], v[4, :2], v[5, :2] + speed,
             Q[:, :2], p["m"], p["Jt"], p["Jp"], p["e"], p["sin_g"], p["cos_g"],
         ))  # fmt: skip
         fx, fy = (p["k"] * u[i, 2:] + p["c"] * v[i, 2:] for i in (0, 1))
@@ -119,19 +121,20 @@ def field():
 
 
 def compiled():
-    """`rhs(t, y, out)` and `jac(t, y, before, J)` for CVODE, compiled by numba."""
+    """`rhs(t, y, out)` and `jac(t, y, before, J)` for CVODE, compiled by numba; and `unbalanced(t, y, out, p)`,
+    which is told eccentricity and its angle, inclination and its angle of each rotor, (4, 2)."""
     import numba
 
     accelerate = numba.njit(_rotor_equations(math.sin, math.cos))
     drive = numba.njit(_drive(math.sin, math.cos, min, max))
-    sin_g, cos_g = np.sin(INCLINATION), np.cos(INCLINATION)
     J0 = jacobian(0.0)
     pull, drag, inertia, weight = PULL, DRAG, BEARING_INERTIA, BEARING_WEIGHT
-    mass, jt, jp, ecc = MASS, TRANSVERSE, POLAR, ECCENTRICITY
+    mass, jt, jp = MASS, TRANSVERSE, POLAR
+    own = np.array([ECCENTRICITY, np.zeros(2), INCLINATION, np.zeros(2)])
     ratio = POLAR / TRANSVERSE
 
     @numba.njit(fastmath={"reassoc", "contract"})
-    def rhs(t, y, out):
+    def unbalanced(t, y, out, p):
         angle, speed, acceleration = drive(t)
         Q = np.empty((6, 4))
         for c in range(6):
@@ -142,9 +145,10 @@ def compiled():
                 Q[c, s] = total
                 out[4 * c + s] = y[24 + 4 * c + s]
         for s in range(2):
+            phi = y[20 + s] + angle
             a = accelerate(
-                y[12 + s], y[16 + s], y[20 + s] + angle, y[36 + s], y[40 + s], y[44 + s] + speed,
-                Q[:, s], mass[s], jt[s], jp[s], ecc[s], sin_g[s], cos_g[s],
+                y[12 + s], y[16 + s], phi + p[1, s], phi + p[3, s], y[36 + s], y[40 + s], y[44 + s] + speed,
+                Q[:, s], mass[s], jt[s], jp[s], p[0, s], math.sin(p[2, s]), math.cos(p[2, s]),
             )  # fmt: skip
             for c in range(6):
                 out[24 + 4 * c + s] = a[c]
@@ -158,6 +162,10 @@ def compiled():
             out[44 + s] -= acceleration
 
     @numba.njit
+    def rhs(t, y, out):
+        unbalanced(t, y, out, own)
+
+    @numba.njit
     def jac(t, y, before, J):
         _, speed, _ = drive(t)
         J[:, :] = J0
@@ -165,4 +173,4 @@ def compiled():
             J[36 + s, 40 + s] -= ratio[s] * (y[44 + s] + speed)
             J[40 + s, 36 + s] += ratio[s] * (y[44 + s] + speed)
 
-    return rhs, jac
+    return rhs, jac, unbalanced

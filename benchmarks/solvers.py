@@ -117,7 +117,7 @@ SCALE = np.repeat([1e-3, 1e-3, 1e-6, 1e-2, 1e-2, 1e-2], 4)  # m, rad: peaks of t
 
 def cvode(rtol, atol=1.0, **options):
     """SUNDIALS CVODE, BDF; `atol` in units of rtol times each coordinate's size."""
-    rhs, jac = handwritten.compiled()
+    rhs, jac, _ = handwritten.compiled()
     weights = atol * rtol * np.concatenate([SCALE, 1e3 * SCALE])
     solver = CVODE(
         rhs, jacfn=jac, rtol=rtol, atol=weights, method="BDF", max_num_steps=100_000, **options

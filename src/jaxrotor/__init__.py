@@ -82,6 +82,8 @@ from .inverse.domain import (
 )
 from .inverse.identification import Identification as Identification
 from .inverse.identify import Stage as Stage, identify as identify
+from .inverse.posterior import Posterior as Posterior, posterior as posterior
+from .inverse.profile import Profile as Profile, profiles as profiles
 from .inverse.trial import Trial as Trial
 from .inverse.unknown import Unknown as Unknown
 from .linear import (

@@ -57,16 +57,19 @@ def _begin_all(problem: Problem, u: Array, m: int) -> Any:
 
 
 @eqx.filter_jit
-def _step_all(problem: Problem, u: Array, state: Any, found, slopes, data):
+def _step_all(problem: Problem, u: Array, state: Any, found, slopes, data, free):
     """Each member moves on by what was simulated at its `state.y_eval`."""
 
-    def one(u, state, found, slopes, data):
+    def one(u, state, found, slopes, data, free):
         r, J = residual_and_slopes(with_data(problem, data), state.y_eval, found, slopes)
-        u, state, _ = _SOLVER.step(_given(r, J), u, None, {}, state, _TAGS)
+        # a column of zeros: damped least squares leaves that unknown where it is
+        u, state, _ = _SOLVER.step(_given(r, J * free), u, None, {}, state, _TAGS)
         return u, state, 0.5 * jnp.sum(state.f_info.residual**2)
 
     each = eqx.if_array(0)
-    return eqx.filter_vmap(one, in_axes=(0, each, each, each, each))(u, state, found, slopes, data)
+    return eqx.filter_vmap(one, in_axes=(0, each, each, each, each, 0))(
+        u, state, found, slopes, data, free
+    )
 
 
 def search(
@@ -75,17 +78,20 @@ def search(
     iterations: int,
     bar: tqdm | None = None,
     data: tuple[Float[Array, "b nt"], ...] | None = None,
+    free: Float[Array, "b n"] | None = None,
 ) -> list[Fit]:
     """A search from each of `starts`, all in one batch; `data`: what was measured, if each member has its
-    own. Where a run leaves the finite numbers the step is taken back and a shorter one tried."""
+    own; `free`: 0 for unknowns that stay at their start, else 1. Where a run leaves the finite numbers the
+    step is taken back and a shorter one tried."""
     u = starts
+    free = jnp.ones_like(u) if free is None else free
     count = sum(s.compared.spread.shape[0] for s in problem.signals) + len(problem.space.with_prior)
     state = _begin_all(problem, u, count)
     history: list[np.ndarray] = []
     rested = np.zeros(len(starts), bool)
     for i in range(iterations):
         found, slopes = records_and_slopes(problem.simulated, state.y_eval)
-        u, state, cost = _step_all(problem, u, state, found, slopes, data)
+        u, state, cost = _step_all(problem, u, state, found, slopes, data, free)
         history.append(np.asarray(cost))
         rested |= np.asarray(state.terminate) | (history[-1] < 0.5 * count * _ROUNDING**2)
         if i >= _PATIENCE:

@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optax
 from tqdm import tqdm
 
 from ..errors import InputError
@@ -15,11 +16,12 @@ from ..machine.machine import Machine
 from ..measure.channel import as_channels
 from ..parameter import require_x64
 from .bench import Bench
+from .descent import descend
 from .domain import AbstractDomain, Time
 from .fit import Fit, search
 from .identification import Identification
 from .meeting import meet, noise_given
-from .problem import Problem, pose, residual_and_slopes, weighed
+from .problem import Problem, in_reverse, pose, residual_and_slopes, weighed
 from .simulated import records, records_and_slopes
 from .space import Space
 from .trial import as_trials
@@ -32,10 +34,17 @@ _QUIET = 1e-6
 
 @dataclasses.dataclass(frozen=True)
 class Stage:
-    """One search of several: in a `domain`, from where the last one ended."""
+    """One search of several: in a `domain`, from where the last one ended.
+
+    By Levenberg-Marquardt, or by an `optimiser` of optax on reverse-mode gradients: for more parameters than
+    forward sensitivities are worth (some dozens), or a misfit too rough for its curvature to mean anything.
+    It moves in the search's own coordinates, in which 1 is a large change (a factor e of a positive parameter,
+    a radian, the scale of a free one): `Stage(Time(), 300, optax.adam(0.02))`.
+    """
 
     domain: AbstractDomain
     iterations: int = 20
+    optimiser: optax.GradientTransformation | None = None
 
 
 def identify(
@@ -50,7 +59,7 @@ def identify(
     progress: bool | None = None,
 ) -> Identification:
     """Finds `parameters` of `machine` (and of its channels) such that what `sensors` would have recorded
-    meets `data`, by Levenberg-Marquardt on forward-mode sensitivities.
+    meets `data`, by Levenberg-Marquardt on forward-mode sensitivities (or as a `Stage` says).
 
     **Arguments:**
 
@@ -88,7 +97,7 @@ def identify(
     with bar:
         for stage in searches:
             problem = pose(bench, space, trials, stage.domain, shaft)
-            problem, best = _search(problem, places, stage.iterations, bar)
+            problem, best = _search(problem, places, stage, bar)
             places = best.u[None]
             histories.append(best.costs)
     assert problem is not None
@@ -113,14 +122,22 @@ def _place(space: Space, start: Mapping[str, float]):
     return place
 
 
-def _search(problem: Problem, places, iterations: int, bar) -> tuple[Problem, Fit]:
-    """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
-    fits = search(problem, places, iterations, bar)
+def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
+    if stage.optimiser is None:
+        fits = search(problem, places, stage.iterations, bar)
+    else:
+        fits = descend(in_reverse(problem), places, stage.optimiser, stage.iterations, bar)
     best = min(fits, key=lambda fit: np.inf if np.isnan(fit.costs[-1]) else fit.costs[-1])
     if not np.isfinite(best.costs[-1]):
         raise InputError(
             "no start leads to a run that stays finite: give other `start`s, or a smaller `step`"
         )
+    return best
+
+
+def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, Fit]:
+    """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
+    best = _best(problem, places, stage, bar)
     given = noise_given(problem)
     if all(given) or len(given) == 1:
         return problem, best
@@ -137,7 +154,7 @@ def _search(problem: Problem, places, iterations: int, bar) -> tuple[Problem, Fi
             for s, level, known in zip(problem.signals, levels, given)
         ],
     )
-    again = search(problem, best.u[None], iterations, bar)[0]
+    again = _best(problem, best.u[None], stage, bar)
     return problem, again._replace(costs=np.concatenate([best.costs, again.costs]))
 
 

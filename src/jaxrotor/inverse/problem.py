@@ -1,5 +1,6 @@
 """The residuals: what was simulated less what was measured, in standard deviations."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -61,6 +62,12 @@ class Problem(eqx.Module):
     def count(self) -> int:
         """Values that are compared, priors among them."""
         return sum(s.count for s in self.signals) + len(self.space.with_prior)
+
+    def residual(self, u: Float[Array, " n"]) -> Float[Array, " m"]:
+        """By a simulation of its own."""
+        records = self.simulated.records(u)
+        rs = [signal.residual(record) for signal, record in zip(self.signals, records)]
+        return jnp.concatenate([*rs, *self.space.priors(u)])
 
 
 @eqx.filter_jit
@@ -162,6 +169,21 @@ def _angles(run: Run, bench: Bench, shaft: str | None) -> Callable[[Any], np.nda
         return np.interp(times, found[0], found[1])
 
     return at
+
+
+def in_reverse(problem: Problem) -> Problem:
+    """The same for slopes by reverse mode."""
+
+    def turned(run: Run) -> Run:
+        settings = dict(run.settings)
+        if "adjoint" in settings:
+            settings["adjoint"] = diffrax.RecursiveCheckpointAdjoint()
+        return dataclasses.replace(run, settings=tuple(settings.items()))
+
+    runs = tuple(turned(run) for run in problem.simulated.runs)
+    return dataclasses.replace(
+        problem, simulated=dataclasses.replace(problem.simulated, runs=runs)
+    )
 
 
 def weighed(problem: Problem, stds: Sequence[Any]) -> Problem:

@@ -6,6 +6,8 @@ from .identification import (
     channel_fits as channel_fits,
     correlations as correlations,
     costs as costs,
+    posteriors as posteriors,
+    profile_curves as profile_curves,
 )
 from .linear import campbell_diagram as campbell_diagram, stability_map as stability_map
 from .machine import draw_machine as draw_machine

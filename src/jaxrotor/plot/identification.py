@@ -1,9 +1,13 @@
 """Pictures of an identification: how the channels are met, what is left, what is told apart."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ..inverse.identification import Identification
+from ..inverse.posterior import Posterior
+from ..inverse.profile import Profile
 from .style import COLOURS, GREY, figure, label, legend
 
 
@@ -63,3 +67,51 @@ def costs(found: Identification) -> Figure:
     label(ax, "iteration", "cost")
     legend(ax)
     return fig
+
+
+def profile_curves(found: Identification, curves: Mapping[str, Profile]) -> Figure:
+    """How twice the cost grows away from each estimate; dashed what its standard deviation makes one expect.
+    Where the two part the interval is lopsided, or open."""
+    fig, axes = _panels(len(curves))
+    reach = found.knowledge.reach(0.95) / found.knowledge.std
+    for ax, (path, curve) in zip(axes, curves.items()):
+        limit = float(np.square(reach[found.paths.index(path)]))
+        x = np.linspace(curve.values[0], curve.values[-1], 101)
+        expected = (x - found.values[path]) / curve.std
+        ax.plot(x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation")
+        ax.plot(curve.values, curve.root**2, "o-", color=COLOURS[0], markersize=4, label="profile")
+        ax.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
+        ax.locator_params(axis="x", nbins=4)
+        label(ax, _named(path, curve.unit), "growth of twice the cost")
+    legend(axes[0])
+    return fig
+
+
+def posteriors(found: Identification, drawn: Posterior) -> Figure:
+    """The draws of each parameter, over the bell that its estimate and standard deviation make."""
+    fig, axes = _panels(len(found.paths))
+    for ax, path, unit in zip(axes, found.paths, found.units):
+        x = drawn.draws[path].ravel()
+        ax.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
+        at = np.linspace(x.min(), x.max(), 201)
+        mean, std = found.values[path], found.std[path]
+        bell = np.exp(-0.5 * ((at - mean) / std) ** 2) / (std * np.sqrt(2 * np.pi))
+        ax.plot(at, bell, color=COLOURS[1], label="estimate and its std")
+        ax.locator_params(axis="x", nbins=4)
+        label(ax, _named(path, unit), "density")
+    legend(axes[0])
+    return fig
+
+
+def _panels(count: int) -> tuple[Figure, np.ndarray]:
+    """So many axes, three in a row."""
+    columns = min(3, count)
+    rows = -(-count // columns)
+    fig, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
+    for ax in axes.ravel()[count:]:
+        ax.set_visible(False)
+    return fig, axes.ravel()[:count]
+
+
+def _named(path: str, unit: str) -> str:
+    return f"{path}, {unit}" if unit else path

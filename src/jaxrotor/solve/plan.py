@@ -24,6 +24,8 @@ BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
 _LARGEST_TURN = 0.26  # rad of rotation in a step
 _PILOT_SAMPLES = 64
 _DEFAULT_TOLERANCE = 5e-5
+# m, rad: what moves less in the pilot is not moved at all, and rounding (1e-17) is most of its error.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -160,4 +162,4 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
     kind = np.array(system.layout.free) // system.layout.n_mass
     transverse = [np.isin(kind, k) for k in ((0, 1, 2), (3, 4, 5))]
     floor = sum(jnp.where(k, 1e-3 * jnp.max(jnp.where(k, peak, 0.0)), 0.0) for k in transverse)
-    return jnp.max(error / (jnp.maximum(peak, floor) + 1e-300))
+    return jnp.max(error / (jnp.maximum(peak, floor) + _ROUNDING))

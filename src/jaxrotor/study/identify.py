@@ -10,6 +10,7 @@ from ..inverse.bench import Bench
 from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
 from ..inverse.identification import Identification
 from ..inverse.identify import Stage, identify
+from ..inverse.profile import profiles
 from ..inverse.trial import Trial
 from ..inverse.unknown import Unknown
 from ..machine import Machine
@@ -22,7 +23,7 @@ from .options import study_name
 from .study import Study
 from .written import save_figure, save_json
 
-_KEYS = ("records", "sensors", "unknowns", "stages", "turns", "orders", "iterations", "shaft")
+_KEYS = ("records", "sensors", "unknowns", "stages", "turns", "orders", "iterations", "shaft", "profile")
 _UNKNOWN_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
 _OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver")
 _STAGES = ("orders", "envelope", "time")
@@ -32,11 +33,12 @@ _STAGES = ("orders", "envelope", "time")
 class Identify:
     """What [identify] asks for."""
 
-    records: tuple[Path, ...]
+    records: tuple[tuple[Path, dict[str, float]], ...]  # with what was different in each run
     sensors: dict[str, Channel]
     unknowns: tuple[Unknown, ...]
     stages: tuple[Stage, ...]
     shaft: str | None
+    profile: bool
 
 
 def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
@@ -44,11 +46,15 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
 
     ```toml
     [identify]
-    records = ["run_up.toml"]              # see jr.read_record; beside the study file
+    records = [                            # see jr.read_record; beside the study file
+        "run_up.toml",
+        { file = "trial.toml", conditions = { "main.unbalance.angle" = "30 deg" } },
+    ]
     stages = ["orders", "time"]            # also "envelope", { low = "10 Hz", high = "80 Hz" }
     turns = 8                              # of a window of orders and envelope
     orders = [1]
     shaft = "main"                         # station whose angle counts the turns
+    profile = true                         # figure of how the misfit grows about each parameter
 
     [identify.sensors.housing]             # named as in the record
     sensor = { kind = "Accelerometer", station = "left", direction = [0, 1, 0] }
@@ -71,7 +77,10 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     ):
         if not table.get(key) and key not in meant:
             faults.add("identify", f"{key} is missing: write {words}")
-    records = _texts(table, "records", faults)
+    records = [
+        _record(one, f"identify.records, entry {i + 1}", machine, folder, faults)
+        for i, one in enumerate(_listed(table, "records", faults))
+    ]
     sensors = {}
     given = table.get("sensors", {})
     for name, one in (given if isinstance(given, dict) else {}).items():
@@ -89,6 +98,9 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
             "identify",
             f"shaft names no station {shown(shaft)}{guess(shaft, machine.wiring.stations)}",
         )
+    profile = table.get("profile", True)
+    if not isinstance(profile, bool):
+        faults.add("identify", f"profile must be true or false, but is {shown(profile)}")
     unknowns = []
     if not faults.sentences:
         bench = Bench(machine, sensors)
@@ -96,15 +108,39 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
             unknowns.append(_unknown(one, f"identify.unknowns, entry {i + 1}", bench, faults))
     if faults.sentences:
         raise InputError(*faults.sentences)
-    return Identify(tuple(folder / r for r in records), sensors, tuple(unknowns), stages, shaft)
+    return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
 
 
-def _texts(table: dict, key: str, faults: Faults) -> list[str]:
+def _listed(table: dict, key: str, faults: Faults) -> list[Any]:
     given = table.get(key, [])
-    if isinstance(given, list) and all(isinstance(x, str) for x in given):
+    if isinstance(given, list):
         return given
-    faults.add("identify", f"{key} must be a list of texts, but is {shown(given)}")
+    faults.add("identify", f"{key} must be a list, but is {shown(given)}")
     return []
+
+
+def _record(given: Any, place: str, machine: Machine, folder: Path, faults: Faults):
+    told = {"file": given} if isinstance(given, str) else given
+    if not isinstance(told, dict) or not isinstance(told.get("file"), str):
+        faults.add(
+            place,
+            f'must be a file\'s name or {{ file = "...", conditions = {{ ... }} }}, but is {shown(given)}',
+        )
+        return folder, {}
+    faults.unknown_keys(place, told, ("file", "conditions"))
+    conditions = told.get("conditions", {})
+    if not isinstance(conditions, dict):
+        faults.add(place, f"conditions must be a table of path = value, but is {shown(conditions)}")
+        return folder, {}
+    found = {}
+    for path, value in conditions.items():
+        try:
+            units = machine.units(path)
+        except InputError as error:
+            faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+            continue
+        found[path] = _quantity(value, units[0], f"{place}: {path}", faults)
+    return folder / told["file"], found
 
 
 def _stages(table: dict, faults: Faults) -> tuple[Stage, ...]:
@@ -191,7 +227,7 @@ def identify_study(study: Study, progress: bool | None = None) -> Identification
         )
     asked, settings = study.identify, study.settings.arguments()
     given = {k: settings[k] for k in _OF_RUNS if k in settings}
-    trials = [Trial(read_record(record), **given) for record in asked.records]
+    trials = [Trial(read_record(file), conditions=own, **given) for file, own in asked.records]
     return identify(
         study.machine,
         asked.unknowns,
@@ -205,19 +241,25 @@ def identify_study(study: Study, progress: bool | None = None) -> Identification
 
 def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> int:
     """Estimates, figures, a machine-readable result, and the study with the identified values."""
-    from ..plot import channel_fits, correlations, costs
+    from ..plot import channel_fits, correlations, costs, profile_curves
     from .save import save_study
 
     found = identify_study(study, progress=False if quiet else None)
     folder = out if out is not None else Path("results") / f"{study.name}_identify"
+    assert study.identify is not None
+    curves = {}
+    if study.identify.profile:
+        blind = {path for direction in found.blind for path in direction}
+        seen = [path for path in found.paths if path not in blind]
+        curves = profiles(found, seen, progress=False if quiet else None)
     with folder_written_whole(folder, force) as part:
         for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
             save_figure(draw(found), part / f"{name}.png")
+        if curves:
+            save_figure(profile_curves(found, curves), part / "profile.png")
         save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
         save_json(part / "summary.json", {"study": study_name(study), **found.to_dict()})
     if not quiet:
         print(found)
-    print(
-        f"{folder}/: fit.png, correlation.png, cost.png, {study.name}_identified.toml, summary.json"
-    )
+    print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     return 0

@@ -33,7 +33,10 @@ def _put(document: dict[str, Any], path: str, machine: Machine, study: Study) ->
     table = document["machine"] if head == "gravity" else _element(document["machine"], head)
     steps = steps or [head]
     for step in steps[:-1]:
-        table = table.setdefault(step, {}) if isinstance(table, dict) else None
+        if isinstance(table, list) and step.isdigit():
+            table = table[int(step)]
+        else:
+            table = table.setdefault(step, {}) if isinstance(table, dict) else None
     if not isinstance(table, dict):
         raise InputError(
             f"`{path}`: does not stand in `{study.path}` as a number: change it there by hand"

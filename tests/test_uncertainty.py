@@ -1,0 +1,208 @@
+"""Uncertainty beyond the curvature, against linear algebra and sums over a grid. One slider on a spring."""
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+import pytest
+import scipy.interpolate
+import scipy.stats
+
+import jaxrotor as jr
+
+NOISE, RATE = 2.0, 250.0  # m/s^2, Hz
+T = np.arange(50) / RATE
+STEP = 1 / RATE  # the slider is linear: the exponential method is exact at any step
+STIFFNESS = "spring.stiffness[2]"
+
+
+def slider(stiffness=2e4, gravity=-9.81):
+    return jr.Machine(
+        {
+            "d": jr.Rotor(2.0, 0.02, 0.012),
+            "spring": jr.LinearSupport([0, 0, stiffness, 0, 0, 0], [0, 0, 40.0, 0, 0, 0]),
+        },
+        {"spring": "d"},
+        fixed={"d": ["x", "y", "psi", "theta", "phi"]},
+        gravity=(0.0, 0.0, gravity),
+    )
+
+
+SENSOR = {"a": jr.Channel(jr.Accelerometer("d", (0, 0, 1)), bias=0.3, noise=jr.Noise(NOISE))}
+
+
+def signal(machine):
+    """Without bias and noise."""
+    run = jr.simulate(machine, T[-1] + 2 / RATE, RATE, "undeformed", step=STEP)
+    return np.asarray(SENSOR["a"].measure(run, T)) - 0.3
+
+
+@pytest.fixture(scope="module")
+def measured():
+    noise = np.asarray(NOISE * jax.random.normal(jax.random.key(3), T.shape))
+    return signal(slider()) + 0.3 + noise
+
+
+def trial(measured, **options):
+    record = jr.Record({"a": jr.Series(T, measured, "m/s^2")})
+    return jr.Trial(record, initial="undeformed", step=STEP, **options)
+
+
+@pytest.fixture(scope="module")
+def linear(measured):
+    """Gravity and the channel's bias: the record depends on both linearly."""
+    unknowns = [jr.Unknown("gravity[2]"), jr.Unknown("a.bias")]
+    return jr.identify(slider(), unknowns, SENSOR, trial(measured))
+
+
+@pytest.fixture(scope="module")
+def exact(measured):
+    """Least squares of numpy: estimates and their covariance."""
+    A = np.stack([signal(slider(gravity=1.0)), np.ones_like(T)], axis=1)
+    values = np.linalg.lstsq(A, measured, rcond=None)[0]
+    return values, NOISE**2 * np.linalg.inv(A.T @ A)
+
+
+@pytest.fixture(scope="module")
+def bent(measured):
+    """Stiffness under noise so large that its interval is lopsided."""
+    start = jr.Unknown(STIFFNESS, start=1.8e4, positive=True)
+    return jr.identify(slider(), [start], SENSOR, trial(measured))
+
+
+def misfit(measured, stiffness):
+    """Sum of squares in standard deviations."""
+    return float(np.sum((signal(slider(stiffness)) + 0.3 - measured) ** 2) / NOISE**2)
+
+
+def test_linear_least_squares(linear, exact):
+    values, covariance = exact
+    for i, path in enumerate(linear.paths):
+        assert linear.values[path] == pytest.approx(values[i], rel=1e-8)
+        assert linear.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-8)
+    correlation = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert linear.correlation[0, 1] == pytest.approx(correlation, abs=1e-8)
+
+
+def test_profile_of_a_linear_model_is_straight(linear):
+    for path, curve in jr.profiles(linear).items():
+        away = (curve.values - linear.values[path]) / linear.std[path]
+        np.testing.assert_allclose(away, [-3, -2, -1, 0, 1, 2, 3], atol=1e-7)
+        np.testing.assert_allclose(curve.root, away, atol=1e-6)
+        assert curve.interval(2.0) == pytest.approx(
+            (linear.values[path] - 2 * linear.std[path], linear.values[path] + 2 * linear.std[path]),
+            rel=1e-6,
+        )
+
+
+def test_profile_of_one_parameter_is_its_misfit(bent, measured):
+    """... whatever its shape."""
+    curve = jr.profiles(bent, points=4, reach=4.0)[STIFFNESS]
+    least = misfit(measured, bent.values[STIFFNESS])
+    for value, root in zip(curve.values, curve.root):
+        assert root**2 == pytest.approx(misfit(measured, value) - least, rel=1e-6, abs=1e-8)
+    low, high = curve.interval(1.96)
+    assert low < bent.values[STIFFNESS] < high
+    assert curve.interval(20.0) == (-np.inf, np.inf)
+
+
+def test_posterior_of_a_linear_model(linear, exact):
+    """Normal, about the estimate; the scatter of the draws is within four of its standard deviations."""
+    values, covariance = exact
+    drawn = jr.posterior(linear, 400, warmup=80, seed=1)
+    assert drawn.divergent == 0
+    for i, path in enumerate(linear.paths):
+        std, count = np.sqrt(covariance[i, i]), drawn.effective[path]
+        assert drawn.r_hat[path] < 1.02 and count > 400
+        assert abs(drawn.mean[path] - values[i]) < 4 * std / np.sqrt(count)
+        assert abs(drawn.std[path] / std - 1) < 4 / np.sqrt(2 * count)
+    assert "r_hat" in str(drawn) and "!" not in str(drawn)
+
+
+def test_posterior_that_is_bent(measured):
+    """Against sums over a grid: even between its bounds, with a prior beside the data."""
+    few = jr.Record({"a": jr.Series(T[:6], measured[:6], "m/s^2")})
+    unknown = jr.Unknown(STIFFNESS, bounds=(5e3, 6e4), prior=(3e4, 1.5e4))
+    found = jr.identify(
+        slider(), [unknown], SENSOR, jr.Trial(few, initial="undeformed", step=STEP)
+    )
+    drawn = jr.posterior(found, 350, warmup=80, seed=2)
+    grid = np.linspace(5e3, 6e4, 801)[1:-1]
+    prior = -0.5 * ((grid - 3e4) / 1.5e4) ** 2
+    run = lambda k: signal(slider(k))[:6]  # noqa: E731
+    # the record is smooth in the stiffness: 81 runs, and a cubic between them
+    nodes = np.linspace(5e3, 6e4, 81)
+    seen = scipy.interpolate.CubicSpline(nodes, np.stack([run(k) for k in nodes]))(grid)
+    log = prior - 0.5 * np.sum((seen + 0.3 - measured[:6]) ** 2, axis=1) / NOISE**2
+    density = np.exp(log - log.max())
+    below = np.cumsum(density) / density.sum()
+    x, count = drawn.draws[STIFFNESS].ravel(), drawn.effective[STIFFNESS]
+    assert drawn.r_hat[STIFFNESS] < 1.02 and count > 200
+    for part in (0.05, 0.25, 0.5, 0.75, 0.95):
+        at = np.interp(part, below, grid)
+        assert abs(np.mean(x < at) - part) < 4 * np.sqrt(part * (1 - part) / count)
+    # which the bell of the estimate and its standard deviation would not pass
+    bell = scipy.stats.norm(found.values[STIFFNESS], found.std[STIFFNESS])
+    off = [abs(bell.cdf(np.interp(p, below, grid)) - p) for p in (0.05, 0.25, 0.5, 0.75, 0.95)]
+    assert max(off) > 5 * np.sqrt(0.05 * 0.95 / count)
+
+
+@pytest.mark.parametrize(
+    "optimiser, iterations", [(optax.adam(0.05), 300), (optax.lbfgs(), 15)], ids=["adam", "lbfgs"]
+)
+def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterations):
+    values, covariance = exact
+    unknowns = [jr.Unknown("gravity[2]", start=-5.0), jr.Unknown("a.bias", start=1.0)]
+    stage = jr.Stage(jr.Time(), iterations, optimiser)
+    found = jr.identify(slider(), unknowns, SENSOR, trial(measured), stages=[stage])
+    for i, path in enumerate(found.paths):
+        assert abs(found.values[path] - values[i]) < 1e-3 * np.sqrt(covariance[i, i])
+        assert found.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-6)
+    assert found.stopped and len(found.histories[0]) == stage.iterations
+
+
+def test_an_adaptive_solver_goes_both_ways(measured):
+    """Forward for least squares, reverse for descent: the same slope of the cost."""
+    from jaxrotor.inverse.bench import Bench
+    from jaxrotor.inverse.problem import in_reverse, pose, residual_and_slopes
+    from jaxrotor.inverse.simulated import records_and_slopes
+    from jaxrotor.inverse.space import Space
+
+    few = jr.Record({"a": jr.Series(T[:8], measured[:8], "m/s^2")})
+    adaptive = jr.Trial(few, initial="undeformed", solver=diffrax.Tsit5())
+    bench = Bench(slider(), SENSOR)
+    space = Space.of(bench, (jr.Unknown(STIFFNESS, start=1.8e4, positive=True),))
+    problem = pose(bench, space, [adaptive.planned(bench.machine)], jr.Time(), None)
+    u = np.array([0.1])
+    x, dx = jax.tree.map(lambda x: x[0], records_and_slopes(problem.simulated, u[None]))
+    r, J = residual_and_slopes(problem, u, x, dx)
+    reverse = in_reverse(problem)
+    slope = jax.grad(lambda u: 0.5 * jnp.sum(reverse.residual(u) ** 2))(u)
+    np.testing.assert_allclose(slope, r @ J, rtol=1e-9)
+
+
+def test_refused(linear, bent, measured):
+    with pytest.raises(jr.InputError, match="`d.mass`: is not looked for: name one of gravity"):
+        jr.profiles(linear, ["d.mass"])
+    with pytest.raises(jr.InputError, match="chains must be 2 or more, but is 1"):
+        jr.posterior(bent, 10, chains=1)
+    twice = [jr.Unknown("gravity[2]"), jr.Unknown("a.sensitivity")]
+    still = {"a": jr.Channel(SENSOR["a"].sensor, noise=jr.Noise(NOISE))}
+    blind = jr.identify(slider(), twice, still, trial(measured))
+    with pytest.raises(jr.InputError, match="the data cannot see .* no profile|cannot see it"):
+        jr.profiles(blind, ["gravity[2]"])
+    with pytest.raises(jr.InputError, match="its posterior has no end"):
+        jr.posterior(blind)
+
+
+def test_figures(linear):
+    from jaxrotor.plot import posteriors, profile_curves
+
+    picture = profile_curves(linear, jr.profiles(linear))
+    assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
+    drawn = jr.posterior(linear, 50, warmup=20)
+    with pytest.raises(jr.InputError, match="level must be between 0 and 1"):
+        drawn.intervals(95)
+    picture = posteriors(linear, drawn)
+    assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
