@@ -21,7 +21,7 @@ from machine import header
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "experiments"))
 from identify_unbalance import unknowns
-from synthetic import run_up, two_rotors
+from synthetic import RUN_UP, run_up, two_rotors
 
 import jaxrotor as jr
 from jaxrotor.plot.style import COLOURS, figure, label, legend
@@ -40,7 +40,12 @@ def picture(replicas: dict[float, jr.Replicas]):
             away = (found.values[:, i] - found.truth[i]) / found.stated[:, i]
             words = f"{100 * level:g} % noise: {100 * found.covered[:, i].mean():.1f} % covered"
             ax.hist(
-                away, bins=np.linspace(-4, 4, 25), density=True, histtype="step", color=colour, label=words
+                away,
+                bins=np.linspace(-4, 4, 25),
+                density=True,
+                histtype="step",
+                color=colour,
+                label=words,
             )
         label(ax, "distance from the truth, stated standard deviations", "density", path)
         legend(ax, loc="upper left")
@@ -59,7 +64,9 @@ def main() -> None:
     print("|---|---|---|---|")
     for level in LEVELS:
         sensed, record = run_up(level, 1)
-        base = jr.identify(two_rotors(), unknowns(), sensed, record, shaft="main")
+        base = jr.identify(
+            two_rotors(), unknowns(), sensed, jr.Trial(record, step=RUN_UP["step"]), shaft="main"
+        )
         began = time.perf_counter()
         found[level] = jr.bootstrap(base, given.count, seed=2)
         took = time.perf_counter() - began

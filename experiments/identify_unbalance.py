@@ -21,7 +21,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import numpy as np
-from synthetic import HERE, HOUSINGS, UNBALANCE, channels, run_up, two_rotors
+from synthetic import HERE, HOUSINGS, RUN_UP, UNBALANCE, channels, run_up, two_rotors
 
 import jaxrotor as jr
 from jaxrotor.files import written_whole
@@ -50,7 +50,7 @@ def identified(sensed, record, **options) -> jr.Identification:
         machine,
         unknowns(),
         sensed,
-        record,
+        jr.Trial(record, step=RUN_UP["step"]),
         stages=(jr.Orders(), jr.Time()),
         starts=starts,
         shaft="main",
@@ -58,7 +58,7 @@ def identified(sensed, record, **options) -> jr.Identification:
     )
 
 
-def compared(found: jr.Identification) -> str:
+def compared(found: jr.Identification, noisy: bool) -> str:
     """How far the estimates lie from the truth."""
     lines = []
     for path, value in UNBALANCE.items():
@@ -66,9 +66,8 @@ def compared(found: jr.Identification) -> str:
         if "angle" in path:
             away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
         size = f"{abs(away):.1e} rad" if "angle" in path else f"{abs(away / value):.1e} of it"
-        lines.append(
-            f"  {path}: truth {value:.6g}, off by {size}, {away / found.std[path]:+.2f} standard deviations"
-        )
+        stds = f", {away / found.std[path]:+.2f} standard deviations" if noisy else ""
+        lines.append(f"  {path}: truth {value:.6g}, off by {size}{stds}")
     return "\n".join(lines)
 
 
@@ -84,7 +83,7 @@ def main() -> None:
     found = identified(channels(HOUSINGS), record)
     print("from the record, its noise unknown:")
     print(found)
-    print(compared(found))
+    print(compared(found, noisy=True))
     found.save(out / "identification.json")
     pictures = {
         "fit": channel_fits(found),
@@ -104,8 +103,8 @@ def main() -> None:
         )
     clean = identified(*run_up(0.0, 0))
     print("without noise:")
-    print(compared(clean))
-    print(f"iterations of the stages: {', '.join(str(len(h)) for h in clean.histories)}")
+    print(compared(clean, noisy=False))
+    print("iterations:", {name: len(costs) for name, costs in clean.histories.items()})
     print(f"{time.perf_counter() - began:.0f} s in all; figures in {out}/")
 
 

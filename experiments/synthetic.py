@@ -1,6 +1,6 @@
 """The synthetic records of experiments/data, and the truth behind them: with this seed this file makes them anew.
 
-    python experiments/synthetic.py [--out experiments/data]
+python experiments/synthetic.py [--out experiments/data]
 """
 
 import argparse
@@ -36,7 +36,7 @@ HOUSINGS = {
     "right_up": jr.Accelerometer("right", (0, 1, 0)),
     "tacho": jr.Tachometer("second"),
 }
-RUN_UP = dict(end=2.5, rate=1000.0)  # s, Hz
+RUN_UP = dict(end=2.5, rate=1000.0, step=2e-4)  # s, Hz, s
 
 # The elastic coupling as it is; configs/coupling_bench.toml has it 50 % wrong.
 COUPLING = {
@@ -46,14 +46,14 @@ COUPLING = {
     "coupling.phi.parts.1.stiffness": 250.0,
     "coupling.phi.parts.1.damping": 1.5,
 }
-LOAD_STEP = {"drive.value.after": 20.0, "drive.value.duration": 0.3, "load.value.after": -60.0}
+LOAD_STEP = {"drive.value.after": 20.0, "drive.value.duration": 0.3, "load.value.after": -32.0}
 BENCH = {
     "motor_speed": jr.Tachometer("motor"),
     "brake_speed": jr.Tachometer("brake"),
     "torque": jr.TorqueSensor("coupling"),
 }
 BENCH_NOISE = {"motor_speed": 0.02, "brake_speed": 0.02, "torque": 0.3}  # rad/s, rad/s, N*m
-COUPLING_RUNS = dict(end=0.8, rate=1000.0)
+COUPLING_RUNS = dict(end=0.8, rate=1000.0, step=2.5e-4)
 
 
 def two_rotors(values=UNBALANCE) -> jr.Machine:
@@ -101,7 +101,7 @@ def recorded(sensed: dict[str, jr.Channel], run, t, key, name: str) -> jr.Record
 def run_up(level: float, seed: int, values=UNBALANCE):
     """Channels and record of the two-rotor machine's run-up."""
     end, rate = RUN_UP["end"], RUN_UP["rate"]
-    run = jr.simulate(two_rotors(values), end + 2 / rate, rate)
+    run = jr.simulate(two_rotors(values), end + 2 / rate, rate, step=RUN_UP["step"])
     t = np.arange(round(end * rate) + 1) / rate
     sensed = channels(HOUSINGS, run_up_noise(level, run, t) if level else None)
     return sensed, recorded(sensed, run, t, jax.random.key(seed), "run-up")
@@ -116,7 +116,7 @@ def coupling_runs(level: float, seed: int, values=COUPLING):
     keys = jax.random.split(jax.random.key(seed))
     for key, name, conditions in zip(keys, ("start", "load step"), ({}, LOAD_STEP)):
         machine = coupling_bench(values).set(conditions)
-        run = jr.simulate(machine, end + 2 / rate, rate, "undeformed", step=2.5e-4)
+        run = jr.simulate(machine, end + 2 / rate, rate, "undeformed", step=COUPLING_RUNS["step"])
         records.append(recorded(sensed, run, t, key, name))
     return sensed, records
 
@@ -126,8 +126,12 @@ def write(record: jr.Record, file: Path) -> None:
     t = next(iter(record.series.values())).t
     columns = {"t": t, **{name: one.values for name, one in record.series.items()}}
     with written_whole(file.with_suffix(".csv")) as part:
-        pandas.DataFrame(columns).to_csv(part, index=False, float_format="%.6g")
-    lines = [f'file = "{file.name}.csv"', f'name = "{record.name}"', 'time = { column = "t", unit = "s" }']
+        pandas.DataFrame(columns).to_csv(part, index=False, float_format="%.8g")
+    lines = [
+        f'file = "{file.name}.csv"',
+        f'name = "{record.name}"',
+        'time = { column = "t", unit = "s" }',
+    ]
     for name, one in record.series.items():
         lines += ["", f"[channels.{name}]", f'column = "{name}"', f'unit = "{one.unit}"']
     with written_whole(file.with_suffix(".toml")) as part:
@@ -144,7 +148,9 @@ def main() -> None:
     sensed, record = run_up(0.05, SEED)
     write(record, out / "two_rotor_run_up")
     for name, channel in sensed.items():
-        print(f"two_rotor_run_up: {name}: noise {float(channel.noise.std):.4g} {channel.recorded_in}")
+        print(
+            f"two_rotor_run_up: {name}: noise {float(channel.noise.std):.4g} {channel.recorded_in}"
+        )
     _, (start, load_step) = coupling_runs(1.0, SEED)
     write(start, out / "coupling_start")
     write(load_step, out / "coupling_load_step")

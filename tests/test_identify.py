@@ -96,7 +96,7 @@ def test_without_noise(found):
     for path, value in TRUTH.items():
         rel, absolute = (0, 1e-6) if "angle" in path else (1e-6, 0)
         assert found.values[path] == pytest.approx(value, rel=rel, abs=absolute)
-    assert found.stopped and all(len(h) <= 20 for h in found.histories)
+    assert found.stopped and all(len(h) <= 20 for h in found.histories.values())
     assert found.machine.get("bearing.stiffness")[1] == pytest.approx(1.2e5, rel=1e-6)  # the tie
     assert found.blind == ()
 

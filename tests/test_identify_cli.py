@@ -105,6 +105,7 @@ def test_from_file_to_file(place, capsys):
         "fit.png",
         "correlation.png",
         "cost.png",
+        "profile.png",
         "summary.json",
         "rig_identified.toml",
     }
@@ -125,7 +126,17 @@ def test_from_file_to_file(place, capsys):
         (("turns = 4", "turns = 0.5"), "turns must be 1 or more"),
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
-        (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list of texts"),
+        (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
+        (('records = ["run.toml"]', "records = [3]"), "entry 1` must be a file's name or { file"),
+        (
+            ('["run.toml"]', '[{ file = "run.toml", conditions = { "disc.mas" = "3 kg" } }]'),
+            "records, entry 1.*disc.mas",
+        ),
+        (
+            ('["run.toml"]', '[{ file = "run.toml", conditions = { "disc.mass" = "3 m" } }]'),
+            "records, entry 1: disc.mass` must be in kg",
+        ),
+        (("turns = 4", "profile = 1"), "profile must be true or false, but is 1"),
         (
             ('records = ["run.toml"]', 'records = ["walk.toml"]'),
             "walk.toml`: there is no such file",
@@ -142,6 +153,38 @@ def test_refused(place, capsys, change, words):
 
     assert re.search(words, said), said
     assert not (place / "results").exists()
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """The coupling's bench, identified from its two records as the study file says."""
+    from jaxrotor.study.identify import identify_study
+
+    study = jr.load("configs/coupling_bench.toml")
+    return study, identify_study(study)
+
+
+def test_coupling_bench(bench):
+    """The truth of experiments/synthetic.py, from 50 % wrong."""
+    _, found = bench
+    truth = (350.0, 2e4, 0.1, 250.0, 1.5)
+    for path, value in zip(found.paths, truth):
+        assert abs(found.values[path] - value) < 4 * found.std[path], path
+        assert found.std[path] < 0.15 * value
+    assert found.stopped and not any("white" in w or "larger" in w for w in found.warnings)
+    assert {c.run for c in found.channels} == {"start", "load step"}
+
+
+def test_coupling_bench_is_written_anew(bench, tmp_path):
+    """Parameters of a law inside a list, too."""
+    from jaxrotor.study.save import save_study
+
+    study, found = bench
+    again = jr.load(
+        save_study(study, found.machine, found.changed, tmp_path / "found.toml")
+    ).machine
+    for path in found.changed:
+        np.testing.assert_allclose(again.get(path), found.machine.get(path), rtol=1e-12)
 
 
 def test_a_study_without_the_section(place, capsys):

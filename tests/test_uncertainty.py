@@ -91,7 +91,10 @@ def test_profile_of_a_linear_model_is_straight(linear):
         np.testing.assert_allclose(away, [-3, -2, -1, 0, 1, 2, 3], atol=1e-7)
         np.testing.assert_allclose(curve.root, away, atol=1e-6)
         assert curve.interval(2.0) == pytest.approx(
-            (linear.values[path] - 2 * linear.std[path], linear.values[path] + 2 * linear.std[path]),
+            (
+                linear.values[path] - 2 * linear.std[path],
+                linear.values[path] + 2 * linear.std[path],
+            ),
             rel=1e-6,
         )
 
@@ -124,9 +127,7 @@ def test_posterior_that_is_bent(measured):
     """Against sums over a grid: even between its bounds, with a prior beside the data."""
     few = jr.Record({"a": jr.Series(T[:6], measured[:6], "m/s^2")})
     unknown = jr.Unknown(STIFFNESS, bounds=(5e3, 6e4), prior=(3e4, 1.5e4))
-    found = jr.identify(
-        slider(), [unknown], SENSOR, jr.Trial(few, initial="undeformed", step=STEP)
-    )
+    found = jr.identify(slider(), [unknown], SENSOR, jr.Trial(few, initial="undeformed", step=STEP))
     drawn = jr.posterior(found, 350, warmup=80, seed=2)
     grid = np.linspace(5e3, 6e4, 801)[1:-1]
     prior = -0.5 * ((grid - 3e4) / 1.5e4) ** 2
@@ -159,7 +160,7 @@ def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterati
     for i, path in enumerate(found.paths):
         assert abs(found.values[path] - values[i]) < 1e-3 * np.sqrt(covariance[i, i])
         assert found.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-6)
-    assert found.stopped and len(found.histories[0]) == stage.iterations
+    assert found.stopped and len(found.histories["1: time"]) == iterations
 
 
 def test_an_adaptive_solver_goes_both_ways(measured):

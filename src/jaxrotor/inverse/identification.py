@@ -22,7 +22,8 @@ from .trial import Trial, as_trials
 from .uncertainty import Knowledge
 from .unknown import Unknown, split_entry
 
-# Below this probability of being chance a residual is called not white, or too large.
+# Below this probability of being chance a residual is called not white, or too large; all the tests of an
+# identification share it (Bonferroni), so that one in a hundred right models is called wrong.
 _CHANCE = 0.01
 
 
@@ -35,7 +36,8 @@ class Identification:
       cannot see a parameter. `correlation`: (n, n), in the order of `values`.
     - `blind`: combinations of parameters that the data cannot see. `warnings`: sentences on all that is
       doubtful. `print(found)` shows the table and the warnings.
-    - `channels`: measured and simulated signals. `histories`: cost at each iteration, for each stage.
+    - `channels`: measured and simulated signals. `histories`: cost at each iteration of each search, by name:
+      those of the stages, and those that a stage repeats with weights from its residuals.
     - `aic`, `bic`: to compare models of the same data; the smaller is the better.
     """
 
@@ -46,7 +48,7 @@ class Identification:
     slopes: np.ndarray
     knowledge: Knowledge
     channels: tuple[ChannelFit, ...]
-    histories: tuple[np.ndarray, ...]
+    histories: dict[str, np.ndarray]
     stopped: bool
     cost: float
     count: int
@@ -133,14 +135,16 @@ class Identification:
                 f"`{self.paths[i]}` and `{self.paths[j]}` are hardly told apart (correlation "
                 f"{self.correlation[i, j]:.4f})"
             )
+        tests = [p for fit in self.channels for p in (fit.white, fit.sized) if p is not None]
+        chance = _CHANCE / max(1, len(tests))
         for fit in self.channels:
             where = f"{fit.channel} of `{fit.run}`"
-            if fit.white is not None and fit.white < _CHANCE and fit.std > 0:
+            if fit.white is not None and fit.white < chance and fit.std > 0:
                 found.append(
                     f"the residual of {where} is not white (probability {fit.white:.1e}): the model misses "
                     "something, or the noise is correlated; intervals are too narrow"
                 )
-            if fit.sized is not None and fit.sized < _CHANCE:
+            if fit.sized is not None and fit.sized < chance:
                 found.append(
                     f"the residual of {where} is larger than its noise (probability {fit.sized:.1e}): the "
                     "model misses something, or the noise was understated"
@@ -195,7 +199,7 @@ class Identification:
             "cost": self.cost,
             "aic": self.aic,
             "bic": self.bic,
-            "iterations": [len(h) for h in self.histories],
+            "iterations": {name: len(costs) for name, costs in self.histories.items()},
             "came_to_rest": self.stopped,
             "channels": [
                 {

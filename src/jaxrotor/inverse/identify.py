@@ -92,16 +92,19 @@ def identify(
         leave=False,
         disable=None if progress is None else not progress,
     )
-    histories: list[np.ndarray] = []
+    histories: dict[str, np.ndarray] = {}
     problem: Problem | None = None
     with bar:
-        for stage in searches:
+        for i, stage in enumerate(searches):
             problem = pose(bench, space, trials, stage.domain, shaft)
-            problem, best = _search(problem, places, stage, bar)
+            problem, fits = _search(problem, places, stage, bar)
+            best = fits[-1]
             places = best.u[None]
-            histories.append(best.costs)
+            name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
+            for suffix, fit in zip(("", ", weighed by its residuals"), fits):
+                histories[name + suffix] = fit.costs
     assert problem is not None
-    return _told(problem, best, tuple(histories))
+    return _told(problem, best, histories)
 
 
 def _place(space: Space, start: Mapping[str, float]):
@@ -135,18 +138,18 @@ def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
     return best
 
 
-def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, Fit]:
+def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[Fit]]:
     """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
     best = _best(problem, places, stage, bar)
     given = noise_given(problem)
     if all(given) or len(given) == 1:
-        return problem, best
+        return problem, [best]
     levels = []
     for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
         r = np.asarray(signal.residual(record))
         levels.append(float(np.sqrt(r @ r / signal.count)))
     if max(level for level, known in zip(levels, given) if not known) < _QUIET:
-        return problem, best
+        return problem, [best]
     problem = weighed(
         problem,
         [
@@ -154,8 +157,7 @@ def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, Fit]:
             for s, level, known in zip(problem.signals, levels, given)
         ],
     )
-    again = _best(problem, best.u[None], stage, bar)
-    return problem, again._replace(costs=np.concatenate([best.costs, again.costs]))
+    return problem, [best, _best(problem, best.u[None], stage, bar)]
 
 
 def _told(problem: Problem, best: Fit, histories) -> Identification:

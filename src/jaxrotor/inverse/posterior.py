@@ -57,7 +57,9 @@ class Posterior:
                 f"{self.r_hat[path]:6.3f}  {low:.6g} to {high:.6g} {unit}"
             )
         if self.divergent:
-            lines.append(f"! {self.divergent} draws diverged: take more `warmup`, or other transforms")
+            lines.append(
+                f"! {self.divergent} draws diverged: take more `warmup`, or other transforms"
+            )
         if max(self.r_hat.values()) > 1.05:
             lines.append("! the chains do not agree: take more `warmup` and `draws`")
         return "\n".join(lines)

@@ -181,9 +181,7 @@ def in_reverse(problem: Problem) -> Problem:
         return dataclasses.replace(run, settings=tuple(settings.items()))
 
     runs = tuple(turned(run) for run in problem.simulated.runs)
-    return dataclasses.replace(
-        problem, simulated=dataclasses.replace(problem.simulated, runs=runs)
-    )
+    return dataclasses.replace(problem, simulated=dataclasses.replace(problem.simulated, runs=runs))
 
 
 def weighed(problem: Problem, stds: Sequence[Any]) -> Problem:

@@ -64,9 +64,7 @@ def profiles(
     blind = {path for direction in found.blind for path in direction}
     for path in names:
         if path not in found.paths:
-            raise InputError(
-                f"`{path}`: is not looked for: name one of {', '.join(found.paths)}"
-            )
+            raise InputError(f"`{path}`: is not looked for: name one of {', '.join(found.paths)}")
         if path in blind:
             raise InputError(f"`{path}`: the data cannot see it: it has no profile")
     steps = reach * np.arange(1, points + 1) / points

@@ -23,7 +23,7 @@ from ..protocol import (
 )
 from .ends import check_carried, check_ends
 from .lineup import structure_of
-from .paths import field_of, resolve, walk
+from .paths import driven_unit, field_of, resolve, walk
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
 
 Place = str | Sequence[str]
@@ -184,7 +184,9 @@ class Machine(eqx.Module):
         if field is None or "unit" not in field.metadata:
             raise InputError(f"`{path}`: is no parameter")
         several: tuple[str, ...] = field.metadata["units"]
-        return several or (field.metadata["unit"],)
+        if several or field.metadata["unit"]:
+            return several or (field.metadata["unit"],)
+        return (driven_unit(root, steps, path),)
 
     def set(self, values: Mapping[str, Any]) -> "Machine":
         """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked."""

@@ -44,3 +44,15 @@ def field_of(module: Any, step: str) -> dataclasses.Field | None:
         if field.name == step:
             return field
     return None
+
+
+def driven_unit(root: Any, steps: list[str], path: str) -> str:
+    """Unit of a schedule's parameter: that of what the schedule drives, times what the parameter says."""
+    found = ""
+    for i in range(1, len(steps)):
+        field = field_of(resolve(root, steps[: i - 1], path), steps[i - 1])
+        if field is not None and "drives" in field.metadata:
+            found = field.metadata["drives"]
+    own = field_of(resolve(root, steps[:-1], path), steps[-1])
+    times = own.metadata.get("times", "") if own is not None else ""
+    return "*".join(unit for unit in (found, times) if unit)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.interpolate import PchipInterpolator
 
 from ..inverse.identification import Identification
 from ..inverse.posterior import Posterior
@@ -57,12 +58,13 @@ def correlations(found: Identification) -> Figure:
 
 
 def costs(found: Identification) -> Figure:
-    """Half the sum of squared residuals, in standard deviations, at each iteration of each stage."""
+    """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one to
+    the next the standard deviations change, and with them the cost."""
     fig, axes = figure(1, 1, (7.0, 4.0))
     ax, first = axes[0, 0], 1
-    for k, history in enumerate(found.histories):
+    for k, (name, history) in enumerate(found.histories.items()):
         at = np.arange(first, first + len(history))
-        ax.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=f"stage {k + 1}")
+        ax.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=name)
         first += len(history)
     label(ax, "iteration", "cost")
     legend(ax)
@@ -79,7 +81,10 @@ def profile_curves(found: Identification, curves: Mapping[str, Profile]) -> Figu
         x = np.linspace(curve.values[0], curve.values[-1], 101)
         expected = (x - found.values[path]) / curve.std
         ax.plot(x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation")
-        ax.plot(curve.values, curve.root**2, "o-", color=COLOURS[0], markersize=4, label="profile")
+        # the root is nearly straight: between the points it is joined, not its square
+        root = PchipInterpolator(curve.values, curve.root)(x)
+        ax.plot(x, root**2, color=COLOURS[0], label="profile")
+        ax.plot(curve.values, curve.root**2, "o", color=COLOURS[0], markersize=4)
         ax.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
         ax.locator_params(axis="x", nbins=4)
         label(ax, _named(path, curve.unit), "growth of twice the cost")

@@ -23,7 +23,17 @@ from .options import study_name
 from .study import Study
 from .written import save_figure, save_json
 
-_KEYS = ("records", "sensors", "unknowns", "stages", "turns", "orders", "iterations", "shaft", "profile")
+_KEYS = (
+    "records",
+    "sensors",
+    "unknowns",
+    "stages",
+    "turns",
+    "orders",
+    "iterations",
+    "shaft",
+    "profile",
+)
 _UNKNOWN_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
 _OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver")
 _STAGES = ("orders", "envelope", "time")
