@@ -121,8 +121,9 @@ def field():
 
 
 def compiled():
-    """`rhs(t, y, out)` and `jac(t, y, before, J)` for CVODE, compiled by numba; and `unbalanced(t, y, out, p)`,
-    which is told eccentricity and its angle, inclination and its angle of each rotor, (4, 2)."""
+    """`rhs(t, y, out)` and `jac(t, y, before, J)` for CVODE, compiled by numba; and
+    `unbalanced(t, y, out, p)`, which is told eccentricity and its angle, inclination and its angle of each
+    rotor, (4, 2)."""
     import numba
 
     accelerate = numba.njit(_rotor_equations(math.sin, math.cos))

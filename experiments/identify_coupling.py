@@ -1,10 +1,10 @@
 """Static and dynamic characteristic of an elastic coupling, from two runs on a bench.
 
-The bench of configs/coupling_bench.toml turns a motor and a brake with the coupling between them. In one run the
-motor's torque comes on at once, in the other the brake bites while the line turns. From the speeds of both sides and
-the torque between them five parameters are found: a progressive spring, its damper, and a branch that relaxes; all
-of them 50 % wrong at first. The figure shows what that means: torque over twist, and dynamic stiffness and loss angle
-over frequency, with what the data leave open.
+The bench of configs/coupling_bench.toml turns a motor and a brake with the coupling between them. In
+one run the motor's torque comes on at once, in the other the brake bites while the line turns. From the
+speeds of both sides and the torque between them five parameters are found: a progressive spring, its
+damper, and a branch that relaxes; all of them 50 % wrong at first. The figure shows what that means:
+torque over twist, and dynamic stiffness and loss angle over frequency, with what the data leave open.
 
     python experiments/identify_coupling.py [--out results/identify_coupling]
 """

@@ -1,10 +1,10 @@
 """Six unbalance parameters of the two-rotor machine, from one run-up.
 
-The machine of Matyja & Łazarz (2014) runs up to 1000 rad/s in 2.5 s. Recorded are the accelerations of its two
-bearing housings, across and upwards, and a tachometer at the second rotor (experiments/data). Looked for are static
-and dynamic unbalance of the main rotor and the static one of the second, each 50 % wrong at first and its angle by
-180 degrees: four starts are searched in one batch, by order first, then over time. Then the same without noise, to
-see what the method itself can do.
+The machine of Matyja & Łazarz (2014) runs up to 1000 rad/s in 2.5 s. Recorded are the accelerations of
+its two bearing housings, across and upwards, and a tachometer at the second rotor (experiments/data).
+Looked for are static and dynamic unbalance of the main rotor and the static one of the second, each 50
+% wrong at first and its angle by 180 degrees: four starts are searched in one batch, by order first,
+then over time. Then the same without noise, to see what the method itself can do.
 
     python experiments/identify_unbalance.py [--out results/identify_unbalance]
 """

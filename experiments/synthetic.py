@@ -1,4 +1,5 @@
-"""The synthetic records of experiments/data, and the truth behind them: with this seed this file makes them anew.
+"""The synthetic records of experiments/data, and the truth behind them: with this seed this file makes
+them anew.
 
 python experiments/synthetic.py [--out experiments/data]
 """
@@ -68,8 +69,8 @@ def coupling_bench(values=COUPLING) -> jr.Machine:
 
 
 def run_up_noise(level: float, run: jr.Response, t: np.ndarray) -> dict[str, float]:
-    """Standard deviations: so much (`level`) of the root mean square of what each sensor sees, of the tachometer
-    of what it sees beside the drive's own speed."""
+    """Standard deviations: so much (`level`) of the root mean square of what each sensor sees, of the
+    tachometer of what it sees beside the drive's own speed."""
     found = {}
     for name, sensor in HOUSINGS.items():
         seen = np.asarray(jr.Channel(sensor).measure(run, t))

@@ -127,7 +127,7 @@ def test_from_file_to_file(place, capsys):
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
         (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
-        (('records = ["run.toml"]', "records = [3]"), "entry 1` must be a file's name or { file"),
+        (('records = ["run.toml"]', "records = [3]"), "entry 1` must be a file's name or"),
         (
             ('["run.toml"]', '[{ file = "run.toml", conditions = { "disc.mas" = "3 kg" } }]'),
             "records, entry 1.*disc.mas",
@@ -170,7 +170,7 @@ def test_coupling_bench(bench):
     truth = (350.0, 2e4, 0.1, 250.0, 1.5)
     for path, value in zip(found.paths, truth):
         assert abs(found.values[path] - value) < 4 * found.std[path], path
-        assert found.std[path] < 0.15 * value
+        assert found.std[path] < 0.25 * value
     assert found.stopped and not any("white" in w or "larger" in w for w in found.warnings)
     assert {c.run for c in found.channels} == {"start", "load step"}
 

@@ -79,8 +79,9 @@ def misfit(measured, stiffness):
 def test_linear_least_squares(linear, exact):
     values, covariance = exact
     for i, path in enumerate(linear.paths):
-        assert linear.values[path] == pytest.approx(values[i], rel=1e-8)
-        assert linear.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-8)
+        std = np.sqrt(covariance[i, i])
+        assert linear.values[path] == pytest.approx(values[i], abs=1e-4 * std)
+        assert linear.std[path] == pytest.approx(std, rel=1e-8)
     correlation = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     assert linear.correlation[0, 1] == pytest.approx(correlation, abs=1e-8)
 
@@ -89,13 +90,13 @@ def test_profile_of_a_linear_model_is_straight(linear):
     for path, curve in jr.profiles(linear).items():
         away = (curve.values - linear.values[path]) / linear.std[path]
         np.testing.assert_allclose(away, [-3, -2, -1, 0, 1, 2, 3], atol=1e-7)
-        np.testing.assert_allclose(curve.root, away, atol=1e-6)
+        np.testing.assert_allclose(curve.root, away, atol=1e-4)
         assert curve.interval(2.0) == pytest.approx(
             (
                 linear.values[path] - 2 * linear.std[path],
                 linear.values[path] + 2 * linear.std[path],
             ),
-            rel=1e-6,
+            rel=1e-5,
         )
 
 
@@ -126,14 +127,14 @@ def test_posterior_of_a_linear_model(linear, exact):
 def test_posterior_that_is_bent(measured):
     """Against sums over a grid: even between its bounds, with a prior beside the data."""
     few = jr.Record({"a": jr.Series(T[:6], measured[:6], "m/s^2")})
-    unknown = jr.Unknown(STIFFNESS, bounds=(5e3, 6e4), prior=(3e4, 1.5e4))
+    unknown = jr.Unknown(STIFFNESS, bounds=(1.6e4, 6e4), prior=(3e4, 1.5e4))
     found = jr.identify(slider(), [unknown], SENSOR, jr.Trial(few, initial="undeformed", step=STEP))
     drawn = jr.posterior(found, 350, warmup=80, seed=2)
-    grid = np.linspace(5e3, 6e4, 801)[1:-1]
+    grid = np.linspace(1.6e4, 6e4, 801)[1:-1]
     prior = -0.5 * ((grid - 3e4) / 1.5e4) ** 2
     run = lambda k: signal(slider(k))[:6]  # noqa: E731
     # the record is smooth in the stiffness: 81 runs, and a cubic between them
-    nodes = np.linspace(5e3, 6e4, 81)
+    nodes = np.linspace(1.6e4, 6e4, 81)
     seen = scipy.interpolate.CubicSpline(nodes, np.stack([run(k) for k in nodes]))(grid)
     log = prior - 0.5 * np.sum((seen + 0.3 - measured[:6]) ** 2, axis=1) / NOISE**2
     density = np.exp(log - log.max())
@@ -161,6 +162,19 @@ def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterati
         assert abs(found.values[path] - values[i]) < 1e-3 * np.sqrt(covariance[i, i])
         assert found.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-6)
     assert found.stopped and len(found.histories["1: time"]) == iterations
+
+
+def test_promise_of_a_step():
+    """What a search rests upon: the gain of numpy's least squares, a blind direction among the columns."""
+    from jaxrotor.inverse.fit import _promised
+
+    rng = np.random.default_rng(0)
+    J, r = rng.standard_normal((30, 4)) * [1.0, 1e-6, 1e3, 0.0], rng.standard_normal(30)
+    J[:, 3] = J[:, 0] - J[:, 2]
+    step = np.linalg.lstsq(J / np.linalg.norm(J, axis=0), -r, rcond=1e-7)[0]
+    left = r + J / np.linalg.norm(J, axis=0) @ step
+    promised = _promised((r @ J)[None], (J.T @ J)[None])
+    assert promised[0] == pytest.approx(0.5 * (r @ r - left @ left), rel=1e-9)
 
 
 def test_an_adaptive_solver_goes_both_ways(measured):

@@ -34,7 +34,7 @@ def _step_all(problem: Problem, optimiser, u: Array, state: Any, best: Array, le
         better = good & (cost < least)
         best, least = jnp.where(better, u, best), jnp.where(better, cost, least)
         # from where a run leaves the finite numbers, half the way back
-        u = jnp.where(good, optax.apply_updates(u, updates), 0.5 * (u + best))
+        u = jnp.where(good, u + jnp.asarray(updates), 0.5 * (u + best))
         return u, jax.tree.map(lambda a, b: jnp.where(good, a, b), moved, state), best, least
 
     return jax.vmap(one)(u, state, best, least)

@@ -15,8 +15,12 @@ from .simulated import records_and_slopes
 
 _SOLVER = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
 _TAGS: frozenset[object] = frozenset()
-# Iterations without a gain of this part of the cost after which a search has come to rest.
-_PATIENCE, _GAIN = 3, 1e-6
+# A search has come to rest where a whole Gauss-Newton step promises no more than this part of the mean
+# squared residual (1e-5 standard deviations of a parameter), or after so many iterations that gained nothing:
+# then the step has been cut to a ten-thousandth.
+_PROMISE, _PATIENCE, _GAIN = 1e-10, 8, 1e-6
+# Directions (squared singular values of the slopes, columns scaled to one length) that are not seen.
+_UNSEEN = 1e-12
 # Residuals of this part of the standard deviations are rounding.
 _ROUNDING = 1e-11
 
@@ -58,18 +62,34 @@ def _begin_all(problem: Problem, u: Array, m: int) -> Any:
 
 @eqx.filter_jit
 def _step_all(problem: Problem, u: Array, state: Any, found, slopes, data, free):
-    """Each member moves on by what was simulated at its `state.y_eval`."""
+    """Each member moves on by what was simulated at its `state.y_eval`. Also the cost it has reached, and
+    cost, slope and curvature where it looked."""
 
     def one(u, state, found, slopes, data, free):
         r, J = residual_and_slopes(with_data(problem, data), state.y_eval, found, slopes)
-        # a column of zeros: damped least squares leaves that unknown where it is
-        u, state, _ = _SOLVER.step(_given(r, J * free), u, None, {}, state, _TAGS)
-        return u, state, 0.5 * jnp.sum(state.f_info.residual**2)
+        J = J * free  # a column of zeros: damped least squares leaves that unknown where it is
+        u, state, _ = _SOLVER.step(_given(r, J), u, None, {}, state, _TAGS)
+        return u, state, 0.5 * jnp.sum(state.f_info.residual**2), (0.5 * r @ r, r @ J, J.T @ J)
 
     each = eqx.if_array(0)
     return eqx.filter_vmap(one, in_axes=(0, each, each, each, each, 0))(
         u, state, found, slopes, data, free
     )
+
+
+def _promised(slope: Array, curvature: Array) -> np.ndarray:
+    """By how much a whole Gauss-Newton step would lower the cost, were the residual linear: each member."""
+    found = []
+    for g, H in zip(np.asarray(slope), np.asarray(curvature)):
+        size = np.sqrt(np.diagonal(H))
+        scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+        if not (np.isfinite(scale).all() and np.isfinite(H).all() and np.isfinite(g).all()):
+            found.append(np.inf)
+            continue
+        values, vectors = np.linalg.eigh(scale[:, None] * H * scale)
+        along = (vectors.T @ (scale * g))[values > _UNSEEN]
+        found.append(0.5 * np.sum(along**2 / values[values > _UNSEEN]))
+    return np.array(found)
 
 
 def search(
@@ -91,9 +111,12 @@ def search(
     rested = np.zeros(len(starts), bool)
     for i in range(iterations):
         found, slopes = records_and_slopes(problem.simulated, state.y_eval)
-        u, state, cost = _step_all(problem, u, state, found, slopes, data, free)
+        u, state, cost, seen = _step_all(problem, u, state, found, slopes, data, free)
         history.append(np.asarray(cost))
+        here, promised = np.asarray(seen[0]), _promised(*seen[1:])
+        at_best = here <= (1 + _GAIN) * history[-1]
         rested |= np.asarray(state.terminate) | (history[-1] < 0.5 * count * _ROUNDING**2)
+        rested |= at_best & (promised <= _PROMISE * 2 * history[-1] / count)
         if i >= _PATIENCE:
             rested |= history[-1 - _PATIENCE] - history[-1] <= _GAIN * history[-1]
         if bar is not None:

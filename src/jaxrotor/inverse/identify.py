@@ -36,10 +36,10 @@ _QUIET = 1e-6
 class Stage:
     """One search of several: in a `domain`, from where the last one ended.
 
-    By Levenberg-Marquardt, or by an `optimiser` of optax on reverse-mode gradients: for more parameters than
-    forward sensitivities are worth (some dozens), or a misfit too rough for its curvature to mean anything.
-    It moves in the search's own coordinates, in which 1 is a large change (a factor e of a positive parameter,
-    a radian, the scale of a free one): `Stage(Time(), 300, optax.adam(0.02))`.
+    By Levenberg-Marquardt, or by an `optimiser` of optax on reverse-mode gradients: for more parameters
+    than forward sensitivities are worth (some dozens), or a misfit too rough for its curvature to mean
+    anything. It moves in the search's own coordinates, in which 1 is a large change (a factor e of a
+    positive parameter, a radian, the scale of a free one): `Stage(Time(), 300, optax.adam(0.02))`.
     """
 
     domain: AbstractDomain

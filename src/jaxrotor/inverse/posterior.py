@@ -77,9 +77,9 @@ def posterior(
     """Draws from the posterior by BlackJAX's No-U-Turn sampler, started at what was identified (extra
     `posterior`). Each draw costs some four simulations with their slopes; the chains run in one batch.
 
-    Priors are those of the unknowns. Without one, a positive parameter is even in its logarithm, a bounded one
-    between its bounds, an angle and a free one in itself. Where the noise was not given, its size is held at
-    what was identified.
+    Priors are those of the unknowns. Without one, a positive parameter is even in its logarithm, a bounded
+    one between its bounds, an angle and a free one in itself. Where the noise was not given, its size is
+    held at what was identified.
 
     Raises `InputError` where the data cannot see a parameter that has no prior: its posterior has no end.
 
@@ -129,10 +129,14 @@ def posterior(
             divergent += int(lost)
     values = np.array(space.values(target.place(np.stack(z, axis=1))))
     values += space.shown(space.values(found.u)) - np.asarray(space.values(found.u))
-    told = [np.atleast_1d(f(values)) for f in (potential_scale_reduction, effective_sample_size)]
+    r_hat, effective = (
+        dict(zip(space.paths, np.atleast_1d(f(values)).tolist()))
+        for f in (potential_scale_reduction, effective_sample_size)
+    )
     return Posterior(
         {path: values[..., i] for i, path in enumerate(space.paths)},
-        *(dict(zip(space.paths, x.tolist())) for x in told),
+        r_hat,
+        effective,
         divergent,
         found.units,
     )
@@ -150,7 +154,8 @@ def _advance(target: "_Target", key: Array, states: Any, step: Float[Array, ""])
     """A draw of each chain; their mean acceptance, and how many diverged."""
     from blackjax.mcmc import nuts
 
-    kernel, unit = nuts.build_kernel(), jnp.ones_like(target.middle)
+    kernel: Any = nuts.build_kernel()
+    unit = jnp.ones_like(target.middle)
 
     def one(key, state):
         return kernel(key, state, target, step, unit, _DOUBLINGS)

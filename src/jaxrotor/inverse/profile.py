@@ -1,4 +1,4 @@
-"""Profiles: how the misfit grows as one parameter is held away from its estimate and the rest make up for it."""
+"""Profiles: how the misfit grows as one parameter is held away from its estimate and the rest follow."""
 
 import dataclasses
 import sys
@@ -55,8 +55,8 @@ def profiles(
     """The profile of each parameter (of `paths`), `points` on either side up to `reach` standard deviations,
     searched in one batch for each parameter.
 
-    It shows what the curvature at the optimum cannot: intervals that are lopsided, or open. Raises `InputError`
-    for a parameter that is not looked for, or that the data cannot see.
+    It shows what the curvature at the optimum cannot: intervals that are lopsided, or open. Raises
+    `InputError` for a parameter that is not looked for, or that the data cannot see.
 
     Source: Bates & Watts, Nonlinear Regression Analysis and Its Applications (1988), sec. 6.1.
     """

@@ -58,8 +58,8 @@ def correlations(found: Identification) -> Figure:
 
 
 def costs(found: Identification) -> Figure:
-    """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one to
-    the next the standard deviations change, and with them the cost."""
+    """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one
+    to the next the standard deviations change, and with them the cost."""
     fig, axes = figure(1, 1, (7.0, 4.0))
     ax, first = axes[0, 0], 1
     for k, (name, history) in enumerate(found.histories.items()):

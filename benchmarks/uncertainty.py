@@ -1,7 +1,8 @@
-"""Are the stated uncertainties true? Six unbalance parameters of the two-rotor machine's run-up, identified from
-200 records with fresh noise each, for noise of 1 % and of 5 % of what the sensors see; all 200 in one batched run.
+"""Are the stated uncertainties true? Six unbalance parameters of the two-rotor machine's run-up,
+identified from 200 records with fresh noise each, for noise of 1 % and of 5 % of what the sensors see;
+all 200 in one batched run.
 
-    python benchmarks/coverage.py [--count 200] [--figure coverage.png]
+    python benchmarks/uncertainty.py [--count 200] [--figure coverage.png]
 """
 
 import argparse
