@@ -135,8 +135,9 @@ def on_cvode(found, rtol):
 def by_scipy(residual, n, step):
     """Least cost, seconds and simulations until it is near, after one call to compile."""
     residual(np.zeros(n))
-    watched = Watched(residual)
-    fit = least_squares(watched, np.zeros(n), method="lm", diff_step=step, xtol=1e-12, ftol=1e-10)
+    # SciPy's steps are parts of x: so it starts at 1
+    watched = Watched(lambda x: residual(x - 1))
+    fit = least_squares(watched, np.ones(n), method="lm", diff_step=step, xtol=1e-12, ftol=1e-10)
     for i, (at, cost) in enumerate(watched.log):
         if cost <= (1 + NEAR) * fit.cost:
             return fit, at, i + 1
@@ -160,7 +161,8 @@ def main() -> None:
     )
     for name, residual, step in peers:
         fit, at, calls = by_scipy(residual, n, step)
-        away = np.max(np.abs(fit.x - found.u) / found.knowledge.std)
+        there, here = (found.space.shown(found.space.values(u)) for u in (fit.x - 1, found.u))
+        away = np.max(np.abs(there - here) / list(found.std.values()))
         print(f"| {name} | {calls} | {at:.2f} | {at / run:.1f} | {fit.cost:.1f} | {away:.1e} |")
     print(f"compiling: {compiling:.0f} s", file=sys.stderr)
 

@@ -127,7 +127,7 @@ def test_from_file_to_file(place, capsys):
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
         (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
-        (('records = ["run.toml"]', "records = [3]"), "entry 1` must be a file's name or"),
+        (('records = ["run.toml"]', "records = [3]"), "entry 1`: must be a file's name or"),
         (
             ('["run.toml"]', '[{ file = "run.toml", conditions = { "disc.mas" = "3 kg" } }]'),
             "records, entry 1.*disc.mas",
