@@ -23,8 +23,10 @@ pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]
 
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
-LONG = """configs linear shafts_with_mass torsion more_configs identify ross gradients governed_config energy
-couplings gears tracing report reference""".split()
+LONG = """
+configs linear shafts_with_mass torsion more_configs identify uncertainty identify_cli ross
+gradients governed_config energy identify_experiments couplings gears tracing report reference
+""".split()
 
 
 def pytest_collection_modifyitems(items):

@@ -1,11 +1,13 @@
 """Results are written whole or not at all: beside their place first, then moved there."""
 
+import json
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from .errors import InputError
 
@@ -26,6 +28,11 @@ def written_whole(target: Path) -> Iterator[Path]:
         os.replace(part, target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def save_json(path: Path, summary: dict[str, Any]) -> None:
+    with written_whole(path) as file:
+        file.write_text(json.dumps(summary, indent=2) + "\n")
 
 
 @contextmanager

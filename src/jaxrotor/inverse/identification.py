@@ -1,7 +1,6 @@
 """What an identification found, and what it does not know."""
 
 import dataclasses
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..files import written_whole
+from ..files import save_json
 from ..machine.machine import Machine
 from ..measure.channel import Channel
 from ..measure.record import Record
@@ -217,6 +216,5 @@ class Identification:
 
     def save(self, path: str | os.PathLike) -> Path:
         """Writes `to_dict` as JSON, whole or not at all."""
-        with written_whole(Path(path)) as part:
-            part.write_text(json.dumps(self.to_dict(), indent=2) + "\n")
+        save_json(Path(path), self.to_dict())
         return Path(path)

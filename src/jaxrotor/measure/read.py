@@ -1,12 +1,12 @@
 """Measured runs from files: CSV, Parquet or netCDF, with a small TOML that says which column is what."""
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..document import read_document
 from ..errors import InputError
 from ..machine.wiring import unknown
 from ..units import known_unit, quantity, read
@@ -40,12 +40,7 @@ def read_record(path: str | os.PathLike) -> Record:
     file, column and row for whatever cannot be read or makes no sense.
     """
     place = Path(path)
-    try:
-        told = tomllib.loads(place.read_text())
-    except FileNotFoundError:
-        raise InputError(f"`{place}`: there is no such file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"`{place}`: is not TOML: {error}") from None
+    told = read_document(place, "file, time and [channels.NAME]")
     _keys(told, _FILE_KEYS, f"`{place}`")
     channels = told.get("channels")
     if not isinstance(channels, dict) or not channels:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files import folder_written_whole
+from ..files import folder_written_whole, save_json
 from ..inverse.bench import Bench
 from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
 from ..inverse.identification import Identification
@@ -21,7 +21,7 @@ from .build import FAILED, Context, build_element
 from .faults import Faults, guess
 from .options import study_name
 from .study import Study
-from .written import save_figure, save_json
+from .written import save_figure
 
 _KEYS = (
     "records",

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files import folder_written_whole
+from ..files import folder_written_whole, save_json
 from .options import RPM, positive, reach_of, speed_of, study_name
 from .study import Study
-from .written import save_figure, save_json, save_table
+from .written import save_figure, save_table
 
 
 def run_modes(

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from ..document import read_document
 from ..errors import InputError
 from ..files import written_whole
 from ..machine import Machine
-from .document import read_document
 from .study import Study
 
 
@@ -19,7 +19,7 @@ def save_study(study: Study, machine: Machine, paths: Iterable[str], target: Pat
     them). Comments are not kept. Raises `InputError` for what does not stand in the file as a number."""
     if study.path is None:
         raise InputError("the study was not read from a file: there is none to write anew")
-    document = read_document(study.path)
+    document = read_document(study.path, "[machine]")
     document.pop("identify", None)  # its records lie beside the file that was read
     for path in paths:
         _put(document, path, machine, study)

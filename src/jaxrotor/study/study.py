@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..document import read_document
 from ..errors import InputError
 from ..machine import Machine
 from ..parameter import require_x64
 from ..protocol import AbstractPrescribed, AbstractStation
 from ..units import shown
-from .document import read_document
 from .faults import Faults, guess
 from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
@@ -52,7 +52,7 @@ def load(path: str | Path) -> Study:
     """
     require_x64()
     path = Path(path)
-    document = read_document(path)
+    document = read_document(path, "[machine] and [simulation]")
     faults = Faults()
     faults.unknown_keys("the study", document, _SECTIONS)
     texts = {key: _text(key, document.get(key, ""), faults) for key in ("title", "source")}

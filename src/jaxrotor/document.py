@@ -5,11 +5,12 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from .errors import InputError
 
 
-def read_document(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file; `InputError` where it cannot be read as one."""
+def read_document(path: Path, wanted: str) -> dict[str, Any]:
+    """The tables of a TOML file; `InputError` where it cannot be read as one. `wanted`: what to put into an
+    empty one."""
     try:
         data = path.read_bytes()
     except FileNotFoundError:
@@ -17,7 +18,7 @@ def read_document(path: Path) -> dict[str, Any]:
         there = f"; in that folder are {', '.join(near[:8])}" if near else ""
         raise InputError(f"`{path}`: there is no such file: check the path{there}") from None
     except IsADirectoryError:
-        raise InputError(f"`{path}`: is a folder: name a study file (.toml) in it") from None
+        raise InputError(f"`{path}`: is a folder: name a .toml file in it") from None
     except OSError as error:
         raise InputError(f"`{path}`: cannot be read ({error.strerror}): check the file") from None
     try:
@@ -29,7 +30,7 @@ def read_document(path: Path) -> dict[str, Any]:
             "file as UTF-8"
         ) from None
     if not text.strip():
-        raise InputError(f"`{path}`: is empty: give it [machine] and [simulation]")
+        raise InputError(f"`{path}`: is empty: give it {wanted}")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
