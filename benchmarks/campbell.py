@@ -50,7 +50,8 @@ def main() -> None:
     runs = []
     for _ in range(2):  # in turn, so that both see the same machine
         mine_s, mine = timed(lambda: jr.campbell(machine, speeds, 12, at="undeformed"))
-        ross_s, other = timed(lambda: theirs.run_campbell(speeds, frequencies=12))
+        fresh = rotor(given.elements)  # a rotor of ROSS remembers the modes it was asked for
+        ross_s, other = timed(lambda: fresh.run_campbell(speeds, frequencies=12))  # noqa: B023
         runs.append((mine_s, ross_s))
     mine_s, ross_s = np.min(runs, axis=0)
     found, expected = np.sort(mine.frequencies, axis=1), np.sort(other.wd, axis=1)

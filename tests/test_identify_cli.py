@@ -86,6 +86,7 @@ def test_from_file_to_file(place, capsys):
     assert main(["identify", "rig.toml"]) == 0
     said = capsys.readouterr().out
     assert "disc.unbalance.eccentricity" in said and "!" not in said
+    assert "by profile" in said
     folder = place / "results/rig_identify"
     told = json.loads((folder / "summary.json").read_text())["parameters"]
     for path, value in (
@@ -94,6 +95,11 @@ def test_from_file_to_file(place, capsys):
         ("support.stiffness[0]", 1.2e5),
     ):
         assert abs(told[path]["value"] - value) < 4 * told[path]["std"]
+        # so little noise: the cost is a parabola, and both intervals are one
+        width = told[path]["interval_95"][1] - told[path]["interval_95"][0]
+        np.testing.assert_allclose(
+            told[path]["interval_95_by_profile"], told[path]["interval_95"], atol=0.02 * width
+        )
     again = jr.load(folder / "rig_identified.toml").machine
     assert again.get("support.stiffness")[1] == pytest.approx(
         told["support.stiffness[0]"]["value"], rel=1e-12

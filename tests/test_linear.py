@@ -418,3 +418,28 @@ def test_damped_critical_speeds():
     slope, found = jax.jacfwd(lambda c: (speeds(c),) * 2, has_aux=True)(30.0)
     np.testing.assert_allclose(found, np.sqrt(1e4 - 15.0**2), rtol=1e-9)
     np.testing.assert_allclose(slope, -30.0 / 4 / np.sqrt(1e4 - 15.0**2), rtol=1e-7)
+
+
+def test_critical_modes_say_what_they_are():
+    """A rigid rotor on springs: tilting whirls at sqrt(k/(Jt -+ Jp)), forward and backward; the rest is told
+    apart by what moves."""
+    stiffness = [1e6, 1e6, 4e5, 5e3, 5e3, 1e3]
+    machine = jr.Machine(
+        {"d": jr.Rotor(10.0, 0.06, 0.1), "s": jr.LinearSupport(stiffness, [1.0] * 6)}, {"s": "d"}
+    )
+    found = jr.critical_modes(machine)
+    want = [
+        ("torsional 1", np.sqrt(1e3 / 0.06)),
+        ("1 backward", np.sqrt(5e3 / 0.16)),
+        ("axial 1", np.sqrt(4e5 / 10)),
+        (None, np.sqrt(1e6 / 10)),  # both planes at once: the sense of the whirl means nothing
+        (None, np.sqrt(1e6 / 10)),
+        ("forward", np.sqrt(5e3 / 0.04)),
+    ]
+    for mode, (name, speed) in zip(found, want, strict=True):
+        assert mode.frequency == pytest.approx(speed, rel=1e-9)
+        assert name is None and mode.kind == "lateral" or name in mode.name
+    np.testing.assert_allclose(jr.critical_speeds(machine), [m.frequency for m in found])
+    assert [m.frequency for m in jr.critical_modes(machine, 2.0, count=1)] == pytest.approx(
+        [np.sqrt(1e3 / 0.06)]
+    )

@@ -55,7 +55,9 @@ def test_campbell(study, tmp_path, capsys):
         assert at[header.index(f"{name}, rad/s")] == pytest.approx(wanted, rel=1e-9)
     found = json.loads((out / "summary.json").read_text())["critical_speeds_rad_s"]["1x"]
     np.testing.assert_allclose([w for w in found if w < 550], CRITICAL, rtol=1e-9)
-    assert f"{CRITICAL[0] * 30 / np.pi:.6g}" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    for speed, name in zip(CRITICAL, ("1 backward", "1 forward")):
+        assert f"{speed * 30 / np.pi:10.6g} rpm  {name}" in said
 
 
 def test_modes(study, capsys):

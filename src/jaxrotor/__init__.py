@@ -97,6 +97,7 @@ from .linear import (
     Peak as Peak,
     TorsionalMode as TorsionalMode,
     campbell as campbell,
+    critical_modes as critical_modes,
     critical_speed_map as critical_speed_map,
     critical_speeds as critical_speeds,
     frequency_response as frequency_response,

@@ -2,6 +2,7 @@
 
 from .campbell import Campbell as Campbell, campbell as campbell
 from .critical import (
+    critical_modes as critical_modes,
     critical_speeds as critical_speeds,
     stability_threshold as stability_threshold,
 )

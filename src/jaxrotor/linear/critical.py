@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize
+from .modes import Mode, named
 
 _STEPS = 20
 
@@ -49,6 +50,31 @@ def critical_speeds(
         keep = np.flatnonzero(np.isfinite(known))
         values = values[keep[np.argsort(known[keep])]]
     return values
+
+
+def critical_modes(
+    machine: Machine, order: float = 1.0, at: Any = "undeformed", count: int | None = None
+) -> list[Mode]:
+    """What whirls, twists or shuttles at each of the undamped `critical_speeds`, in their order: a mode's
+    `frequency` is `order` times the speed. Unbalance excites forward whirl; a backward one by unequal
+    supports alone, a torsional one hardly. Where two coincide (no gyroscopic effect) the sense of their whirl
+    means nothing. Not for use under `jit`.
+    """
+    speeds = np.asarray(critical_speeds(machine, order, False, at, count))
+    rest = linearize(machine, 0.0, at)
+    M, K, G1 = (np.asarray(x) for x in (rest.M, rest.K, gyroscopic_per_speed(machine, at)))
+    n = M.shape[0]
+    values, shapes = np.zeros(len(speeds), complex), np.zeros((n, len(speeds)), complex)
+    for k, speed in enumerate(speeds):
+        side = np.linalg.solve(M, np.hstack([-0.5 * (K + K.T), -G1 * speed]))
+        found, right = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), side]))
+        # of several at one speed each its own
+        turn = int(np.sum(np.abs(speeds[:k] / speed - 1) < 1e-9))
+        nearest = np.argsort(np.abs(found - 1j * order * speed))[turn]
+        values[k], shapes[:, k] = 1j * order * speed, right[:n, nearest]
+    # at rest no station has a sense to whirl in
+    turning = eqx.tree_at(lambda m: m.spins, rest, linearize(machine, 1.0, at).spins)
+    return named(turning, values, shapes)
 
 
 def gyroscopic_per_speed(machine: Machine, at: Any) -> Float[Array, "n n"]:

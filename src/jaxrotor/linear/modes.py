@@ -37,7 +37,11 @@ def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take
     `model.natural_frequencies`, which has the same order."""
-    values, shapes = lowest(model, count)
+    return named(model, *lowest(model, count))
+
+
+def named(model: LinearModel, values: np.ndarray, shapes: np.ndarray) -> list[Mode]:
+    """Eigenvalues (m,) and shapes (n, m) as modes, counted and named in this order."""
     shares, whirl = describe(model, shapes)
     counts: dict[str, int] = {}
     out = []

@@ -27,7 +27,7 @@ def channel_fits(found: Identification) -> Figure:
             right.axhline(side * fit.std, color="black", linewidth=0.9, linestyle="--")
         unit = f", {fit.unit}" if fit.unit else ""
         label(left, "time, s", f"{name}{unit}")
-        chance = "" if fit.white is None else f"; white with probability {fit.white:.2g}"
+        chance = "" if fit.white is None else f"; chance of white noise: {fit.white:.2g}"
         label(
             right,
             "time, s",

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
 from ..inverse.bench import Bench
@@ -262,14 +264,26 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         blind = {path for direction in found.blind for path in direction}
         seen = [path for path in found.paths if path not in blind]
         curves = profiles(found, seen, progress=False if quiet else None)
+    reach = dict(zip(found.paths, found.knowledge.reach(0.95) / found.knowledge.std))
+    by_profile = {path: curve.interval(reach[path]) for path, curve in curves.items()}
     with folder_written_whole(folder, force) as part:
         for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
             save_figure(draw(found), part / f"{name}.png")
         if curves:
             save_figure(profile_curves(found, curves), part / "profile.png")
         save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
-        save_json(part / "summary.json", {"study": study_name(study), **found.to_dict()})
+        summary = {"study": study_name(study), **found.to_dict()}
+        for path, ends in by_profile.items():
+            finite = [x if np.isfinite(x) else None for x in ends]
+            summary["parameters"][path]["interval_95_by_profile"] = finite
+        save_json(part / "summary.json", summary)
     if not quiet:
         print(found)
+    if by_profile and not quiet:
+        print("95 % intervals by profile, which are right where they differ from those above:")
+        for (path, (low, high)), curve in zip(by_profile.items(), curves.values()):
+            print(
+                f"{path:{max(map(len, by_profile))}}  {low:.6g} to {high:.6g} {curve.unit}".rstrip()
+            )
     print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     return 0

@@ -69,7 +69,7 @@ def run_campbell(
 ) -> int:
     """Writes campbell.png, campbell.csv and summary.json; prints the critical speeds."""
     from ..linear.campbell import campbell
-    from ..linear.critical import critical_speeds
+    from ..linear.critical import critical_modes
     from ..plot.linear import campbell_diagram
 
     machine = study.machine
@@ -80,8 +80,11 @@ def run_campbell(
         raise InputError("`--orders`: must be positive numbers, such as --orders 1,2")
     speeds = np.linspace(0.0, reach, points)
     found = campbell(machine, speeds, positive(count, "--modes"), progress=True)
-    critical = {order: np.asarray(critical_speeds(machine, order)) for order in orders}
-    critical = {order: w[w <= reach].tolist() for order, w in critical.items()}
+    at_speed = {
+        order: [m for m in critical_modes(machine, order) if m.frequency <= order * reach]
+        for order in orders
+    }
+    critical = {order: [m.frequency / order for m in each] for order, each in at_speed.items()}
     folder = out if out is not None else Path("results") / f"{study.name}_campbell"
     with folder_written_whole(folder, force) as part:
         save_figure(campbell_diagram(found, orders, critical), part / "campbell.png")
@@ -95,12 +98,16 @@ def run_campbell(
             "speeds_rad_s": [0.0, reach, points],
             "modes": list(found.names),
             "critical_speeds_rad_s": {f"{order:g}x": w for order, w in critical.items()},
+            "critical_modes": {f"{o:g}x": [m.name for m in each] for o, each in at_speed.items()},
             "critical_speeds_are": "undamped, the frequency so many times the speed, machine undeformed",
         }
         save_json(part / "summary.json", summary)
-    for order, found_at in critical.items():
-        listed = ", ".join(f"{w * RPM:.6g}" for w in found_at) or "none"
+    for order, each in at_speed.items():
         times = "" if order == 1 else f" of order {order:g}"
-        print(f"critical speeds{times} up to {reach * RPM:.6g} rpm (undamped): {listed} rpm")
+        print(
+            f"critical speeds{times} up to {reach * RPM:.6g} rpm (undamped):{'' if each else ' none'}"
+        )
+        for mode in each:
+            print(f"  {mode.frequency / order * RPM:10.6g} rpm  {mode.name}")
     print(f"{folder}/: campbell.csv, campbell.png, summary.json")
     return 0

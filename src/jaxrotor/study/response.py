@@ -24,7 +24,7 @@ def run_response(
     """The response to unbalance over speed, or with `force_at` to a harmonic force over frequency."""
     import jax.numpy as jnp
 
-    from ..linear.critical import critical_speeds
+    from ..linear.critical import critical_modes
     from ..linear.orders import unbalance_response
     from ..linear.response import frequency_response
     from ..plot.response import bode, polar
@@ -41,7 +41,8 @@ def run_response(
                 "`--speed`: goes with --at; the response to unbalance is over all speeds"
             )
         found = unbalance_response(machine, names, along)
-        critical = np.asarray(critical_speeds(machine))
+        # those that unbalance excites
+        critical = np.array([m.frequency for m in critical_modes(machine) if m.kind == "lateral"])
         critical = critical[critical <= reach]
     else:
         forces = names_of(force_at)
