@@ -92,8 +92,10 @@ def test_run_writes_everything_and_says_where(place, capsys):
         "disc/response.nc",
         "disc/summary.json",
     ]
-    said = capsys.readouterr().out
+    said, warned = capsys.readouterr()
     assert "results/disc/" in said and "response.nc" in said
+    # 2 Hz for 50 turns a second
+    assert "0.0 samples a turn at 314 rad/s" in warned and 'sample_rate = "250 Hz"' in warned
     assert "disc  2 mm  300 rad/s\n" in said  # the report's table
     extra = (place / "results/disc/summary.json").read_text()
     for key in ("settings", "versions", "timings", "solver", "failed"):

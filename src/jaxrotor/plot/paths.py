@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from ..solve.response import Response
 from . import select
-from .style import COLOURS, GREY, envelope, figure, label, legend
+from .style import COLOURS, GREY, figure, label, legend
 
 
 def trajectories(response: Response, stations: list[str], centre: str = "geometric") -> Figure:
@@ -17,8 +17,9 @@ def trajectories(response: Response, stations: list[str], centre: str = "geometr
         k = select.passage(response, name)
         first = select.around(response, k, 0.05 * float(response.t[-1]))
         last = slice(-max(20, len(xyz) // 200), None)
-        ax.plot(xyz[:, 0], xyz[:, 1], color=GREY, linewidth=0.15, alpha=0.6)
         t = np.asarray(response.t)
+        whole = select.smooth(t, xyz[:, :2], slice(None))
+        ax.plot(*whole.T, color=GREY, linewidth=0.15, alpha=0.6, label="whole run")
         ax.plot(*select.smooth(t, xyz[:, :2], first).T, color=COLOURS[0], lw=0.5, label="passage")
         ax.plot(*select.smooth(t, xyz[:, :2], last).T, color=COLOURS[1], lw=0.8, label="last turns")
         ax.plot(*xyz[0, :2], "o", color="black", markersize=6, label="start")
@@ -28,7 +29,11 @@ def trajectories(response: Response, stations: list[str], centre: str = "geometr
         ax.set_aspect("equal", adjustable="datalim")
         label(ax, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
     handles, names = axes[0, 0].get_legend_handles_labels()
-    fig.legend(handles, names, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    told = fig.legend(
+        handles, names, loc="outside lower center", ncols=5, frameon=False, fontsize=9
+    )
+    for line in told.get_lines():
+        line.set_linewidth(max(1.0, line.get_linewidth()))
     return fig
 
 
@@ -45,11 +50,8 @@ def distances(response: Response, stations: list[str]) -> Figure:
             (COLOURS[1], "mass centre", np.asarray(part.mass_centre[:, :2])),
         ):
             r = 1e3 * np.hypot(*(xy - rest).T)
-            order = np.argsort(speed, kind="stable")
-            low, high = envelope(r[order], 25)
-            ax.fill_between(
-                speed[order], low, high, color=colour, alpha=0.45, linewidth=0, label=words
-            )
+            # a line in time, no band over bins of speed: where r is steep those would show ripple
+            ax.plot(speed, r, color=colour, linewidth=0.6, alpha=0.8, label=words)
         unbalance = getattr(response.machine[name], "unbalance", None)
         if unbalance is not None:
             e = 1e3 * float(np.asarray(unbalance.eccentricity))

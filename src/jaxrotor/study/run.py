@@ -5,9 +5,11 @@ import platform
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ..errors import SimulationFailed
 from ..files import folder_written_whole
@@ -15,6 +17,8 @@ from .options import study_name
 from .study import Study
 
 DONE, FAILED = 0, 3
+# Samples a turn below which figures show what is not there.
+_SAMPLES = 5
 
 
 def run_study(
@@ -57,7 +61,23 @@ def run_study(
     if not quiet:
         print(summary_table(response))
         print(f"\n{folder}/: {', '.join(names)}   ({seconds:.1f} s)")
+        if words := _too_coarse(study.machine.wiring.stations, response):
+            print(f"! {words}", file=sys.stderr)
     return DONE
+
+
+def _too_coarse(stations: Iterable[str], response: Any) -> str | None:
+    """What to say where a turn has too few samples to be seen."""
+    speeds = [np.abs(np.asarray(response[s].speed)) for s in stations]
+    top = max((float(np.nanmax(speed)) for speed in speeds), default=0.0)
+    rate = 1 / float(response.t[1] - response.t[0])
+    turns = top / (2 * np.pi)
+    if turns == 0 or rate / turns >= _SAMPLES:
+        return None
+    return (
+        f"{rate:g} Hz are {rate / turns:.1f} samples a turn at {top:.4g} rad/s: paths and spectra in the "
+        f'figures mislead; take sample_rate = "{np.ceil(_SAMPLES * turns):.0f} Hz" or more'
+    )
 
 
 def _interruptible(work: Callable[[], Any]) -> Any:
