@@ -164,7 +164,7 @@ def test_refused(place, capsys, change, words):
 @pytest.fixture(scope="module")
 def bench():
     """The coupling's bench, identified from its two records as the study file says."""
-    from jaxrotor.study.identify import identify_study
+    from jaxrotor.study.identified import identify_study
 
     study = jr.load("configs/coupling_bench.toml")
     return study, identify_study(study)

@@ -285,7 +285,7 @@ def _response(given: argparse.Namespace) -> int:
 
 
 def _identify(given: argparse.Namespace) -> int:
-    from .study.identify import run_identify
+    from .study.identified import run_identify
 
     return run_identify(_load(given.study), given.out, given.quiet, given.force)
 

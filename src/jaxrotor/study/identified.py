@@ -1,0 +1,77 @@
+"""What `jaxrotor identify` does with the [identify] section of a study."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..files import folder_written_whole, save_json
+from ..inverse.identification import Identification
+from ..inverse.identify import identify
+from ..inverse.profile import profiles
+from ..inverse.trial import Trial
+from ..measure.read import read_record
+from .options import study_name
+from .study import Study
+from .written import save_figure
+
+# Settings of [simulation] that the runs to be met share.
+_OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver")
+
+
+def identify_study(study: Study, progress: bool | None = None) -> Identification:
+    """Runs the identification that the study asks for."""
+    if study.identify is None:
+        raise InputError(
+            f"`{study_name(study)}`: has no [identify] section: give it records, sensors and unknowns"
+        )
+    asked, settings = study.identify, study.settings.arguments()
+    given = {k: settings[k] for k in _OF_RUNS if k in settings}
+    trials = [Trial(read_record(file), conditions=own, **given) for file, own in asked.records]
+    return identify(
+        study.machine,
+        asked.unknowns,
+        asked.sensors,
+        trials,
+        stages=asked.stages,
+        shaft=asked.shaft,
+        progress=progress,
+    )
+
+
+def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> int:
+    """Estimates, figures, a machine-readable result, and the study with the identified values."""
+    from ..plot import channel_fits, correlations, costs, profile_curves
+    from .save import save_study
+
+    found = identify_study(study, progress=False if quiet else None)
+    folder = out if out is not None else Path("results") / f"{study.name}_identify"
+    assert study.identify is not None
+    curves = {}
+    if study.identify.profile:
+        blind = {path for direction in found.blind for path in direction}
+        seen = [path for path in found.paths if path not in blind]
+        curves = profiles(found, seen, progress=False if quiet else None)
+    reach = dict(zip(found.paths, found.knowledge.reach(0.95) / found.knowledge.std))
+    by_profile = {path: curve.interval(reach[path]) for path, curve in curves.items()}
+    with folder_written_whole(folder, force) as part:
+        for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
+            save_figure(draw(found), part / f"{name}.png")
+        if curves:
+            save_figure(profile_curves(found, curves), part / "profile.png")
+        save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
+        summary = {"study": study_name(study), **found.to_dict()}
+        for path, ends in by_profile.items():
+            finite = [x if np.isfinite(x) else None for x in ends]
+            summary["parameters"][path]["interval_95_by_profile"] = finite
+        save_json(part / "summary.json", summary)
+    if not quiet:
+        print(found)
+    if by_profile and not quiet:
+        print("95 % intervals by profile, which are right where they differ from those above:")
+        for (path, (low, high)), curve in zip(by_profile.items(), curves.values()):
+            print(
+                f"{path:{max(map(len, by_profile))}}  {low:.6g} to {high:.6g} {curve.unit}".rstrip()
+            )
+    print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    return 0
