@@ -143,7 +143,9 @@ def _wanted(unit: str) -> str:
 
 
 def _write(number: float, unit: str) -> str:
-    return f"write {example(unit, number)}"
+    # a bare speed is as often meant in rpm
+    other = f" or {example('rpm', number)}" if unit == "rad/s" else ""
+    return f"write {example(unit, number)}{other}"
 
 
 def _nearest(written: str, wanted: str) -> str | None:

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from ..solve.response import Response
 from . import select
-from .style import COLOURS, band, envelope, figure, label, legend
+from .style import COLOURS, band, figure, label, legend
 
 
 def bearing_forces(response: Response, bearings: list[str]) -> Figure:
@@ -20,13 +20,13 @@ def bearing_forces(response: Response, bearings: list[str]) -> Figure:
         label(row[0], "time, s", "force, N", f"`{name}`: force on the base")
         legend(row[0], loc="upper right")
         speed = np.asarray(response[name].speed)
-        order = np.argsort(speed, kind="stable")
-        low, high = envelope(size[order], 25)
-        row[1].fill_between(speed[order], low, high, color=COLOURS[2], alpha=0.5, linewidth=0)
+        row[1].plot(speed, size, color=COLOURS[2], linewidth=0.5, alpha=0.8)
         row[1].set_ylim(bottom=0)
         label(row[1], "speed, rad/s", "|F|, N", "Its size over speed")
         k = int(np.argmax(size))
-        near = select.around(response, k, 0.04 * float(t[-1]))
+        # three turns to either side: more of them make a disc
+        turn = 2 * np.pi / max(abs(float(speed[k])), 1e-9)
+        near = select.around(response, k, min(0.04 * float(t[-1]), 3 * turn))
         row[2].plot(*select.smooth(t, force[:, :2], near).T, color=COLOURS[3], linewidth=0.4)
         row[2].set_aspect("equal", adjustable="datalim")
         label(row[2], "Fx, N", "Fy, N", f"Its path around its peak, t = {t[k]:.2f} s")
