@@ -30,14 +30,15 @@ from synthetic import (
     HERE,
     LOAD_STEP,
     channels,
+    compared,
     coupling_bench,
     coupling_runs,
 )
 
 import jaxrotor as jr
-from jaxrotor.files import written_whole
 from jaxrotor.plot import channel_fits, profile_curves
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
+from jaxrotor.study.written import save_figure
 
 TWIST = np.linspace(0.0, np.radians(6.0), 61)  # rad
 FREQUENCY = np.linspace(0.1, 60.0, 200)  # Hz
@@ -109,16 +110,6 @@ def characteristics(found: jr.Identification):
     return fig
 
 
-def compared(found: jr.Identification, noisy: bool) -> str:
-    """How far the estimates lie from the truth; without noise the standard deviations are rounding."""
-    lines = []
-    for path, value in COUPLING.items():
-        away = found.values[path] - value
-        stds = f", {away / found.std[path]:+.2f} standard deviations" if noisy else ""
-        lines.append(f"  {path}: truth {value:g}, off by {abs(away / value):.1e} of it{stds}")
-    return "\n".join(lines)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -132,7 +123,7 @@ def main() -> None:
     found = identified(channels(BENCH, BENCH_NOISE), records)
     print("from the records:")
     print(found)
-    print(compared(found, noisy=True))
+    print(compared(found, COUPLING, noisy=True))
     found.save(out / "identification.json")
     pictures = {
         "characteristics": characteristics(found),
@@ -140,11 +131,10 @@ def main() -> None:
         "profile": profile_curves(found, jr.profiles(found)),
     }
     for name, picture in pictures.items():
-        with written_whole(out / f"{name}.png") as part:
-            picture.savefig(part, dpi=150, format="png", bbox_inches="tight")
+        save_figure(picture, out / f"{name}.png")
     clean = identified(*coupling_runs(0.0, 0))
     print("without noise:")
-    print(compared(clean, noisy=False))
+    print(compared(clean, COUPLING, noisy=False))
     print("iterations:", {name: len(costs) for name, costs in clean.histories.items()})
     print(f"{time.perf_counter() - began:.0f} s in all; figures in {out}/")
 

@@ -21,11 +21,11 @@ import matplotlib
 
 matplotlib.use("Agg")
 import numpy as np
-from synthetic import HERE, HOUSINGS, RUN_UP, UNBALANCE, channels, run_up, two_rotors
+from synthetic import HERE, HOUSINGS, RUN_UP, UNBALANCE, channels, compared, run_up, two_rotors
 
 import jaxrotor as jr
-from jaxrotor.files import written_whole
 from jaxrotor.plot import channel_fits, correlations, costs, profile_curves
+from jaxrotor.study.written import save_figure
 
 
 def unknowns() -> list[jr.Unknown]:
@@ -58,19 +58,6 @@ def identified(sensed, record, **options) -> jr.Identification:
     )
 
 
-def compared(found: jr.Identification, noisy: bool) -> str:
-    """How far the estimates lie from the truth."""
-    lines = []
-    for path, value in UNBALANCE.items():
-        away = found.values[path] - value
-        if "angle" in path:
-            away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
-        size = f"{abs(away):.1e} rad" if "angle" in path else f"{abs(away / value):.1e} of it"
-        stds = f", {away / found.std[path]:+.2f} standard deviations" if noisy else ""
-        lines.append(f"  {path}: truth {value:.6g}, off by {size}{stds}")
-    return "\n".join(lines)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -83,7 +70,7 @@ def main() -> None:
     found = identified(channels(HOUSINGS), record)
     print("from the record, its noise unknown:")
     print(found)
-    print(compared(found, noisy=True))
+    print(compared(found, UNBALANCE, noisy=True))
     found.save(out / "identification.json")
     pictures = {
         "fit": channel_fits(found),
@@ -92,8 +79,7 @@ def main() -> None:
         "profile": profile_curves(found, jr.profiles(found)),
     }
     for name, picture in pictures.items():
-        with written_whole(out / f"{name}.png") as part:
-            picture.savefig(part, dpi=150, format="png", bbox_inches="tight")
+        save_figure(picture, out / f"{name}.png")
     print("correction in two planes of the main rotor, g*mm and degrees:")
     correction = jr.correction(found, "main", (-0.05, 0.05))
     for z, one, std in zip((-50, 50), correction.unbalance, correction.std):
@@ -103,7 +89,7 @@ def main() -> None:
         )
     clean = identified(*run_up(0.0, 0))
     print("without noise:")
-    print(compared(clean, noisy=False))
+    print(compared(clean, UNBALANCE, noisy=False))
     print("iterations:", {name: len(costs) for name, costs in clean.histories.items()})
     print(f"{time.perf_counter() - began:.0f} s in all; figures in {out}/")
 

@@ -122,6 +122,19 @@ def coupling_runs(level: float, seed: int, values=COUPLING):
     return sensed, records
 
 
+def compared(found: jr.Identification, truth: dict[str, float], noisy: bool) -> str:
+    """How far the estimates lie from the truth; without noise the standard deviations are rounding."""
+    lines = []
+    for path, value in truth.items():
+        away = found.values[path] - value
+        if "angle" in path:
+            away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
+        size = f"{abs(away):.1e} rad" if "angle" in path else f"{abs(away / value):.1e} of it"
+        stds = f", {away / found.std[path]:+.2f} standard deviations" if noisy else ""
+        lines.append(f"  {path}: truth {value:.6g}, off by {size}{stds}")
+    return "\n".join(lines)
+
+
 def write(record: jr.Record, file: Path) -> None:
     """A CSV with its units in a TOML beside it, as `jr.read_record` takes them."""
     t = next(iter(record.series.values())).t

@@ -333,12 +333,17 @@ def test_every_fault_is_named_at_once():
 
 def test_good_machines_are_not_refused():
     """The builders above are fine but for what each test breaks."""
-    line()
-    attach(jr.Torque(1.0))
-    attach(jr.Force(1.0), "main.mass_centre")
-    jr.Machine.in_line({"b": bearing(), "s": shaft(), "end": end()})
-    jr.Machine({"thin": rotor(polar_inertia=0.0202)}, {})  # Jp = 2 Jt is a disc
-    jr.Machine({"plate": jr.RigidBody(1.0, (1.0, 1.0, 2.0))}, {})
+    good = [
+        (line(), ["main", "shaft", "end"]),
+        (attach(jr.Torque(1.0)), ["main", "shaft", "end", "extra"]),
+        (attach(jr.Force(1.0), "main.mass_centre"), ["main", "shaft", "end", "extra"]),
+        (jr.Machine.in_line({"b": bearing(), "s": shaft(), "end": end()}), ["b", "s", "end"]),
+        (jr.Machine({"thin": rotor(polar_inertia=0.0202)}, {}), ["thin"]),  # Jp = 2 Jt is a disc
+        (jr.Machine({"plate": jr.RigidBody(1.0, (1.0, 1.0, 2.0))}, {}), ["plate"]),
+    ]
+    for machine, names in good:
+        machine.check()
+        assert set(machine.elements()) == set(names)
 
 
 def still(count=2):

@@ -15,8 +15,7 @@ from .problem import Problem
 
 
 def _cost(problem: Problem, u: Float[Array, " n"]) -> Float[Array, ""]:
-    r = problem.residual(u)
-    return 0.5 * jnp.sum(r**2)
+    return 0.5 * jnp.sum(problem.residual(u) ** 2)
 
 
 @eqx.filter_jit

@@ -106,8 +106,7 @@ def _looked_at(problem: Problem, u: Array, least: np.ndarray, data) -> tuple[Any
 
 @eqx.filter_jit
 def _cost(problem: Problem, u: Array, found: tuple[Array, ...]) -> Array:
-    rs = [signal.residual(record) for signal, record in zip(problem.signals, found)]
-    return 0.5 * jnp.sum(jnp.concatenate([*rs, *problem.space.priors(u)]) ** 2)
+    return 0.5 * jnp.sum(problem.residual_of(u, found) ** 2)
 
 
 def search(

@@ -82,12 +82,16 @@ class Identification:
         reach = self.knowledge.reach(level)
         low = np.asarray(self.space.values(self.u - reach))
         high = np.asarray(self.space.values(self.u + reach))
-        middle = np.asarray(self.space.values(self.u))
-        shift = self.space.shown(middle) - middle
         return {
             path: (float(a + s), float(b + s))
-            for path, a, b, s in zip(self.paths, low, high, shift)
+            for path, a, b, s in zip(self.paths, low, high, self.turns)
         }
+
+    @property
+    def turns(self) -> np.ndarray:
+        """(n,): whole turns between an angle as it was searched for and as it is shown, rad; else 0."""
+        searched = np.asarray(self.space.values(self.u))
+        return self.space.shown(searched) - searched
 
     @property
     def correlation(self) -> np.ndarray:

@@ -127,8 +127,7 @@ def posterior(
         else:
             z.append(np.asarray(states.position))
             divergent += int(lost)
-    values = np.array(space.values(target.place(np.stack(z, axis=1))))
-    values += space.shown(space.values(found.u)) - np.asarray(space.values(found.u))
+    values = np.asarray(space.values(target.place(np.stack(z, axis=1)))) + found.turns
     r_hat, effective = (
         dict(zip(space.paths, np.atleast_1d(f(values)).tolist()))
         for f in (potential_scale_reduction, effective_sample_size)

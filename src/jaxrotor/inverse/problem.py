@@ -65,7 +65,10 @@ class Problem(eqx.Module):
 
     def residual(self, u: Float[Array, " n"]) -> Float[Array, " m"]:
         """By a simulation of its own."""
-        records = self.simulated.records(u)
+        return self.residual_of(u, self.simulated.records(u))
+
+    def residual_of(self, u: Float[Array, " n"], records: tuple[Array, ...]) -> Float[Array, " m"]:
+        """From what was simulated at `u`."""
         rs = [signal.residual(record) for signal, record in zip(self.signals, records)]
         return jnp.concatenate([*rs, *self.space.priors(u)])
 

@@ -72,7 +72,6 @@ def profiles(
     covariance, std = found.knowledge.covariance, found.knowledge.std
     finite = np.where(np.isfinite(covariance), covariance, 0.0)
     best, scale = found.cost, found.knowledge.scale
-    shift = found.space.shown(found.space.values(found.u)) - np.asarray(found.space.values(found.u))
     result = {}
     for path in tqdm(
         names,
@@ -89,7 +88,8 @@ def profiles(
         fits = search(found.problem, jnp.asarray(starts), iterations, free=jnp.asarray(free))
         growth = np.array([fit.costs[-1] for fit in fits]) - best
         root = np.sign(steps) * np.sqrt(2 * np.maximum(growth, 0.0)) / scale
-        values = np.asarray(found.space.values(jnp.stack([fit.u for fit in fits])))[:, i] + shift[i]
+        searched = found.space.values(jnp.stack([fit.u for fit in fits]))
+        values = (np.asarray(searched) + found.turns)[:, i]
         middle = len(steps) // 2
         result[path] = Profile(
             path,

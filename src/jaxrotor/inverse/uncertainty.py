@@ -44,9 +44,13 @@ class Knowledge:
         np.fill_diagonal(found, 1.0)
         return found
 
+    def quantile(self, level: float) -> float:
+        """Half the width of a confidence interval, in standard deviations."""
+        return float(scipy.stats.t.ppf(0.5 + 0.5 * level, self.degrees))
+
     def reach(self, level: float) -> np.ndarray:
         """Half the width of the confidence interval of each u."""
-        return scipy.stats.t.ppf(0.5 + 0.5 * level, self.degrees) * self.std
+        return self.quantile(level) * self.std
 
 
 def knowledge(

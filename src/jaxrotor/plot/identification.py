@@ -75,9 +75,8 @@ def profile_curves(found: Identification, curves: Mapping[str, Profile]) -> Figu
     """How twice the cost grows away from each estimate; dashed what its standard deviation makes one expect.
     Where the two part the interval is lopsided, or open."""
     fig, axes = _panels(len(curves))
-    reach = found.knowledge.reach(0.95) / found.knowledge.std
+    limit = found.knowledge.quantile(0.95) ** 2
     for ax, (path, curve) in zip(axes, curves.items()):
-        limit = float(np.square(reach[found.paths.index(path)]))
         x = np.linspace(curve.values[0], curve.values[-1], 101)
         expected = (x - found.values[path]) / curve.std
         ax.plot(x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation")

@@ -52,8 +52,8 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         blind = {path for direction in found.blind for path in direction}
         seen = [path for path in found.paths if path not in blind]
         curves = profiles(found, seen, progress=False if quiet else None)
-    reach = dict(zip(found.paths, found.knowledge.reach(0.95) / found.knowledge.std))
-    by_profile = {path: curve.interval(reach[path]) for path, curve in curves.items()}
+    reach = found.knowledge.quantile(0.95)
+    by_profile = {path: curve.interval(reach) for path, curve in curves.items()}
     with folder_written_whole(folder, force) as part:
         for name, draw in (("fit", channel_fits), ("correlation", correlations), ("cost", costs)):
             save_figure(draw(found), part / f"{name}.png")
