@@ -16,6 +16,24 @@ from .attach import (
     Torque as Torque,
     TorsionalDamper as TorsionalDamper,
 )
+from .control import (
+    PD as PD,
+    PI as PI,
+    AbstractController as AbstractController,
+    AbstractMeasured as AbstractMeasured,
+    ActiveTorque as ActiveTorque,
+    Actuator as Actuator,
+    Compensator as Compensator,
+    NeuralController as NeuralController,
+    PositivePositionFeedback as PositivePositionFeedback,
+    RelativeStates as RelativeStates,
+    ResonantController as ResonantController,
+    SampledTorque as SampledTorque,
+    SpeedError as SpeedError,
+    StateFeedback as StateFeedback,
+    SwitchedDamper as SwitchedDamper,
+    TwistOf as TwistOf,
+)
 from .drive import (
     AbstractMotion as AbstractMotion,
     AbstractSchedule as AbstractSchedule,
@@ -147,6 +165,7 @@ from .protocol import (
     Parts as Parts,
     Ported as Ported,
     Powered as Powered,
+    Sampled as Sampled,
     Signalling as Signalling,
     Stateful as Stateful,
     Timed as Timed,

@@ -215,6 +215,24 @@ class Stateful(AbstractElement):
         """Time derivatives of the states, evaluated after the accelerations."""
 
 
+class Sampled(Stateful):
+    """Changes some of its states at instants alone, as a sampling controller does; their `rates` are zero."""
+
+    @abc.abstractmethod
+    def clocks(self) -> tuple[tuple[float, float], ...]:
+        """(period, first instant) of each clock, s: plain numbers, for the solver steps onto the instants."""
+
+    @abc.abstractmethod
+    def ticked(
+        self,
+        clock: int,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
+        """The states behind an instant of that clock. Where several clocks tick at once, in their order."""
+
+
 class Timed(AbstractElement):
     """Knows instants at which its force jumps; steps land there and multistep solvers restart."""
 

@@ -153,6 +153,19 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
+def node_motions(t, y, system: System) -> tuple[Array, Array]:
+    """Coordinates and rates (6, n_nodes + n_ground) of every node."""
+    reference = system.reference(t)
+    u, s, _ = unpack(t, y, system, reference)
+    q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
+    shift, shift_t, _ = ports(q, v, system)
+    N, V = spread(q, system.layout, shift), spread(v, system.layout, shift_t)
+    if system.layout.n_ground:
+        qg, vg, _ = system.given(t, reference)
+        N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
+    return N, V
+
+
 def _evaluate(
     t, u, s, z, system: System, reference, outputs: bool, applied: Array | None = None
 ) -> Evaluation:

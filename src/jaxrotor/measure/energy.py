@@ -16,6 +16,7 @@ from ..machine.system import System, assemble, jump_times
 from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
 from ..solve.adaptive import adaptive_samples, is_smooth, tolerances
 from ..solve.checks import initial_speed, sample_count
+from ..solve.grid import Ticking, grid_of
 from ..solve.plan import Plan, plan as make_plan
 from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
 
@@ -82,17 +83,20 @@ def energy_audit(
     count = sample_count(t_end, sample_rate)
     speed = initial_speed(machine, initial, speed)
     interval = jnp.asarray(1.0 / sample_rate, float)
+    grid = grid_of(machine, sample_rate)
     if not is_smooth(machine) and step is None:
-        return _audit(machine, initial, speed, None, interval, count, jnp.asarray(rtol, float))
+        return _audit(
+            machine, initial, speed, None, interval, count, jnp.asarray(rtol, float), grid
+        )
     if step is None:
         step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)
     plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
     solver = with_substeps(None, plan)
-    return _audit(machine, initial, speed, solver, interval, count, jnp.asarray(plan.speed))
+    return _audit(machine, initial, speed, solver, interval, count, jnp.asarray(plan.speed), grid)
 
 
 @eqx.filter_jit
-def _audit(machine, initial, speed, solver, interval, count, number) -> EnergyAudit:
+def _audit(machine, initial, speed, solver, interval, count, number, grid) -> EnergyAudit:
     system = assemble(machine)
     books = _books(machine, system)
     y0, _ = start(machine, system, initial, speed)
@@ -103,15 +107,24 @@ def _audit(machine, initial, speed, solver, interval, count, number) -> EnergyAu
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
     samples, jumps = jnp.arange(count) * interval, jump_times(machine)
+    ticking = None if grid is None else Ticking(grid, system, count, d)
     terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
     if solver is None:
         relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
         y, _ = adaptive_samples(
-            diffrax.Kvaerno5(), terms, samples, jumps, start_y, system, relative, absolute
+            diffrax.Kvaerno5(),
+            terms,
+            samples,
+            jumps,
+            start_y,
+            system,
+            relative,
+            absolute,
+            ticking=ticking,
         )
     else:
         A = jnp.pad(jacobian(assemble(machine, nominal=True), number), ((0, 2), (0, 2)))
-        y = march_samples(solver, A, terms, samples, jumps, start_y, system)
+        y = march_samples(solver, A, terms, samples, jumps, start_y, system, ticking=ticking)
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(samples, y[:, :d])
     return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..protocol import NonSmooth
+from .grid import Ticking
 
 _MOST_STEPS = 2**22
 
@@ -49,6 +50,7 @@ def adaptive_samples(
     step: Any = None,
     adjoint: diffrax.AbstractAdjoint | None = None,
     meter: diffrax.AbstractProgressMeter | None = None,
+    ticking: Ticking | None = None,
 ) -> tuple[Float[Array, "nt d"], Array]:
     """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
     fixed length (s) in place of the tolerances."""
@@ -64,21 +66,39 @@ def adaptive_samples(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
         )
     options: dict[str, Any] = {} if adjoint is None else dict(adjoint=adjoint)
-    if meter is not None:
-        options["progress_meter"] = meter
-    solution = diffrax.diffeqsolve(
-        terms,
-        solver,
-        samples[0],
-        samples[-1],
-        step,
-        y0,
-        args,
-        saveat=diffrax.SaveAt(ts=samples),
-        stepsize_controller=controller,
-        max_steps=_MOST_STEPS,
-        throw=False,
-        **options,
-    )
-    states = solution.ys
-    return jnp.where(jnp.isfinite(states), states, jnp.nan), solution.stats["num_steps"]  # pyright: ignore
+
+    def solve(start, end, y, saveat, **more):
+        return diffrax.diffeqsolve(
+            terms,
+            solver,
+            start,
+            end,
+            step,
+            y,
+            args,
+            saveat=saveat,
+            stepsize_controller=controller,
+            max_steps=_MOST_STEPS,
+            throw=False,
+            **options,
+            **more,
+        )
+
+    if ticking is None:
+        more = {} if meter is None else dict(progress_meter=meter)
+        solution = solve(samples[0], samples[-1], y0, diffrax.SaveAt(ts=samples), **more)
+        states, steps = solution.ys, solution.stats["num_steps"]
+    else:  # afresh from one instant of the grid to the next
+        times, due = ticking.fine(samples), jnp.asarray(ticking.due)
+
+        def interval(y, x):
+            start, end, now = x
+            solution = solve(start, end, y, diffrax.SaveAt(t1=True))
+            y = ticking.tick(end, solution.ys[0], now)  # pyright: ignore
+            return y, (y, solution.stats["num_steps"])
+
+        y0 = ticking.tick(samples[0], y0, due[0])
+        _, (states, counts) = jax.lax.scan(interval, y0, (times[:-1], times[1:], due[1:]))
+        states = jnp.concatenate([y0[None], states])[:: ticking.refine]
+        steps = jnp.sum(counts)
+    return jnp.where(jnp.isfinite(states), states, jnp.nan), steps  # pyright: ignore

@@ -5,6 +5,7 @@ refuses forward mode and its forward adjoint refuses reverse mode. With the inst
 scan takes derivatives in both.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
@@ -26,24 +27,34 @@ def march(
     args: Any,
     state: Any,
     every: int = 0,
+    ticks: tuple[Callable[[Any, Array, Array], Array], Bool[Array, "n clocks"]] | None = None,
 ) -> Float[Array, "n d"]:
     """The states at the `knots`, the first being `y0`.
 
     `jumps[i]` says that the force jumps at `knots[i]`, so that the step from there starts afresh.
     `state` is what the solver's `init` gave; only its memory is carried, for in reverse mode each carried
-    array is kept at every step. A progress bar is told of `every` so many steps.
+    array is kept at every step. A progress bar is told of `every` so many steps. `ticks`: what changes
+    the state at knots where some clock is due, and when each is; what is returned is the state behind it.
     """
+    due = None
+    if ticks is not None:
+        tick, due = ticks
+        y0 = tick(knots[0], y0, due[0])
+        jumps = jumps | jnp.any(due, axis=1)
 
     @jax.checkpoint
     def body(carry, x):
         y, memory = carry
-        t0, t1, jump, i = x
+        t0, t1, jump, i, now = x
         if every:
             report(i, every)
-        now = eqx.tree_at(lambda s: s.memory, state, memory)
-        y, memory, _ = solver.advance(terms, t0, t1, y, args, now, jump)
+        begun = eqx.tree_at(lambda s: s.memory, state, memory)
+        y, memory, _ = solver.advance(terms, t0, t1, y, args, begun, jump)
+        if ticks is not None:
+            y = ticks[0](t1, y, now)
         return (y, memory), y
 
-    xs = (knots[:-1], knots[1:], jumps[:-1], jnp.arange(knots.shape[0] - 1))
+    intervals = jnp.arange(knots.shape[0] - 1)
+    xs = (knots[:-1], knots[1:], jumps[:-1], intervals, None if due is None else due[1:])
     _, ys = jax.lax.scan(body, (y0, state.memory), xs)
     return jnp.concatenate([y0[None], ys])

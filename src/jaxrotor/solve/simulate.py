@@ -19,6 +19,7 @@ from .adaptive import adaptive_samples, is_smooth, tolerances
 from .checks import check_solver, initial_speed, judge, sample_count, speed_beyond
 from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
+from .grid import Grid, Ticking, grid_of
 from .knots import knots
 from .march import march
 from .plan import Plan, bucket, plan as make_plan, top_speed
@@ -75,15 +76,32 @@ def simulate(
     speed = initial_speed(machine, initial, speed)
     words = initial if isinstance(initial, str) else "given state"
     interval = jnp.asarray(1.0 / sample_rate, float)
+    grid = grid_of(machine, sample_rate)
+    if grid is not None and initial == "steady":
+        raise InputError(
+            'initial="steady" needs a motion that repeats with each turn, which a sampling controller has '
+            'not: start "static" or from a State'
+        )
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
 
     def run(solver, info, numbers, bar):
         began = time.perf_counter()
         expected = None if info.substeps is None else count * info.substeps
         with progress_bar(count, expected, bar if concrete else False) as every:
+            fixed = step is not None
             y, steps, checks = _run(
-                machine, initial, speed, solver, interval, numbers, count, step is not None, adjoint, every
-            )  # fmt: skip
+                machine,
+                initial,
+                speed,
+                solver,
+                interval,
+                numbers,
+                count,
+                fixed,
+                adjoint,
+                every,
+                grid,
+            )
             if concrete:
                 jax.block_until_ready(y)
         info = dataclasses.replace(
@@ -155,23 +173,42 @@ def planned(solver, chosen: Plan, sample_rate: float, initial: str) -> RunInfo:
 def with_substeps(solver, chosen: Plan) -> ExponentialAdams | ETD4RK:
     if solver is None:
         return ExponentialAdams(chosen.order, chosen.substeps)
+    if isinstance(solver, ExponentialAdams):
+        solver = ExponentialAdams(chosen.order, 1, solver.linear_part)
+    return with_count(solver, chosen.substeps)
+
+
+def with_count(solver, substeps: int) -> ExponentialAdams | ETD4RK:
     if isinstance(solver, ETD4RK):
-        return ETD4RK(chosen.substeps, solver.linear_part)
-    return ExponentialAdams(chosen.order, chosen.substeps, solver.linear_part)
+        return ETD4RK(substeps, solver.linear_part)
+    return ExponentialAdams(solver.order_, substeps, solver.linear_part)
 
 
 @eqx.filter_jit
-def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoint, every):
+def _run(
+    machine,
+    initial,
+    speed,
+    solver,
+    interval,
+    numbers,
+    count,
+    fixed,
+    adjoint,
+    every,
+    grid: Grid | None,
+):
     system = assemble(machine)
     samples = jnp.arange(count) * interval
     y0, checks = start(machine, system, initial, speed)
     jumps = jump_times(machine)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
+    ticking = None if grid is None else Ticking(grid, system, count, y0.size)
     if isinstance(solver, (ExponentialAdams, ETD4RK)):
         A = solver.linear_part
         if A is None:
             A = jacobian(assemble(machine, nominal=True), numbers[0])
-        y = march_samples(solver, A, terms, samples, jumps, y0, system, every)
+        y = march_samples(solver, A, terms, samples, jumps, y0, system, every, ticking)
         steps = jnp.asarray((count - 1) * solver.substeps)
     else:
         relative, absolute = tolerances(system, numbers[0], numbers[1])
@@ -188,6 +225,7 @@ def _run(machine, initial, speed, solver, interval, numbers, count, fixed, adjoi
             length,
             adjoint,
             meter(count, every),
+            ticking,
         )
     return y, steps, checks
 
@@ -215,8 +253,16 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
     return y.at[n : 2 * n].add(spins), checks
 
 
-def march_samples(solver, A, terms, samples, jumps, y0, system, every=0) -> Float[Array, "nt d"]:
+def march_samples(
+    solver, A, terms, samples, jumps, y0, system, every=0, ticking: Ticking | None = None
+) -> Float[Array, "nt d"]:
     """The states at the samples by an exponential solver, with everything it needs prepared."""
+    coarse = samples.shape[0]
+    if ticking is not None:
+        samples = ticking.fine(samples)
+        substeps = -(-solver.substeps // ticking.refine)
+        solver = with_count(solver, substeps)
+        every *= ticking.refine
     at = knots(samples, jumps)
     # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0
@@ -225,4 +271,9 @@ def march_samples(solver, A, terms, samples, jumps, y0, system, every=0) -> Floa
     else:
         solver = ExponentialAdams(solver.order_, solver.substeps, A, at.lengths, rows)
     state = solver.init(terms, samples[0], samples[1], y0, system)
-    return march(solver, terms, at.times, at.jumps, y0, system, state, every)[at.samples]
+    ticks = None
+    if ticking is not None:
+        due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
+        ticks = (ticking.tick, due)
+    found = march(solver, terms, at.times, at.jumps, y0, system, state, every, ticks)[at.samples]
+    return found if ticking is None else found[:: ticking.refine][:coarse]
