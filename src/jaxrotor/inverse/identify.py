@@ -83,7 +83,7 @@ def identify(
         raise InputError("stages: name one at least, such as Time()")
     begun = bench.set(dict(zip(space.paths, space.starts)))
     trials = [trial.planned(begun.machine) for trial in as_trials(data)]
-    places = jnp.stack([jnp.zeros(len(space)), *(_place(space, start) for start in starts)])
+    places = jnp.stack([jnp.zeros(len(space)), *(place_of(space, start) for start in starts)])
     total = sum(stage.iterations for stage in searches)
     bar = tqdm(
         total=total,
@@ -107,7 +107,8 @@ def identify(
     return _told(problem, best, histories)
 
 
-def _place(space: Space, start: Mapping[str, float]):
+def place_of(space: Space, start: Mapping[str, float]):
+    """Where a start lies in the search; raises `InputError`."""
     wrong = [path for path in start if path not in space.paths]
     if wrong:
         raise InputError(

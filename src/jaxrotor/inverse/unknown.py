@@ -102,3 +102,16 @@ def as_unknowns(given: Any) -> tuple[Unknown, ...]:
                 raise InputError(f"`{path}`: is looked for twice: name it once")
             seen.add(path)
     return found
+
+
+def expanded(given: Any, machine: Any) -> tuple[Unknown, ...]:
+    """`as_unknowns`, where a path to a list of numbers stands for each of its entries."""
+    found = []
+    for one in as_unknowns(given):
+        whole, entry = split_entry(one.path)
+        value = None if entry is not None or one.also else machine.get(whole)
+        if getattr(value, "ndim", 0) == 1:
+            found += [dataclasses.replace(one, path=f"{whole}[{k}]") for k in range(value.size)]
+        else:
+            found.append(one)
+    return tuple(found)

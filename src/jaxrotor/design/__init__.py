@@ -1,0 +1,1 @@
+"""Design by gradient: measures that judge a run by one number."""
