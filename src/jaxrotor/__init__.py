@@ -34,6 +34,28 @@ from .control import (
     SwitchedDamper as SwitchedDamper,
     TwistOf as TwistOf,
 )
+from .design.criterion import Constraint as Constraint, Criterion as Criterion
+from .design.experiment import AsBuilt as AsBuilt, Transient as Transient
+from .design.fatigue import FatigueDamage as FatigueDamage
+from .design.integral import Integral as Integral
+from .design.level import Percentile as Percentile, RootMeanSquare as RootMeanSquare
+from .design.machine_measures import (
+    AbstractMachineMeasure as AbstractMachineMeasure,
+    DecayRate as DecayRate,
+    H2Norm as H2Norm,
+    PoleMean as PoleMean,
+    PoleSpread as PoleSpread,
+    ResponsePeaks as ResponsePeaks,
+    TotalMass as TotalMass,
+    UnbalancePeak as UnbalancePeak,
+)
+from .design.mass import polar_inertia as polar_inertia, total_mass as total_mass
+from .design.measure import AbstractMeasure as AbstractMeasure
+from .design.optimize import optimize as optimize
+from .design.optimum import Optimum as Optimum
+from .design.peak import PassageAmplitude as PassageAmplitude, PeakValue as PeakValue
+from .design.settling import SettlingTime as SettlingTime
+from .design.variations import Variations as Variations
 from .drive import (
     AbstractMotion as AbstractMotion,
     AbstractSchedule as AbstractSchedule,
@@ -107,23 +129,36 @@ from .inverse.unknown import Unknown as Unknown
 from .linear import (
     Campbell as Campbell,
     CriticalSpeedMap as CriticalSpeedMap,
+    Cluster as Cluster,
     FrequencyResponse as FrequencyResponse,
     Interference as Interference,
     LinearModel as LinearModel,
     Mode as Mode,
     OrderResponse as OrderResponse,
     Peak as Peak,
+    Peaks as Peaks,
+    Regulator as Regulator,
     TorsionalMode as TorsionalMode,
     campbell as campbell,
+    closed_loop_cost as closed_loop_cost,
     critical_modes as critical_modes,
     critical_speed_map as critical_speed_map,
     critical_speeds as critical_speeds,
+    decay_rate as decay_rate,
     frequency_response as frequency_response,
+    h2_norm as h2_norm,
+    h_infinity_norm as h_infinity_norm,
     holzer_table as holzer_table,
     interferences as interferences,
     linearize as linearize,
+    lqg as lqg,
+    lqr as lqr,
+    lyapunov as lyapunov,
     modes as modes,
     order_response as order_response,
+    pole_cluster as pole_cluster,
+    response_peaks as response_peaks,
+    riccati as riccati,
     split_derivatives as split_derivatives,
     stability_threshold as stability_threshold,
     torsional as torsional,
@@ -136,6 +171,16 @@ from .measure.channel import Channel as Channel
 from .measure.energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .measure.noise import Noise as Noise
 from .measure.pulses import angle_of as angle_of, pulse_times as pulse_times, speed_of as speed_of
+from .measure.quantities import (
+    AngularAcceleration as AngularAcceleration,
+    BearingForce as BearingForce,
+    DrivePower as DrivePower,
+    DriveTorque as DriveTorque,
+    Radial as Radial,
+    ShaftStress as ShaftStress,
+    Signal as Signal,
+    Twist as Twist,
+)
 from .measure.read import read_record as read_record
 from .measure.record import Record as Record, Series as Series
 from .measure.sensor import (

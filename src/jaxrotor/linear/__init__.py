@@ -1,6 +1,7 @@
 """The same machine, linear: modes, critical speeds, frequency response."""
 
 from .campbell import Campbell as Campbell, campbell as campbell
+from .cluster import Cluster as Cluster, decay_rate as decay_rate, pole_cluster as pole_cluster
 from .critical import (
     critical_modes as critical_modes,
     critical_speeds as critical_speeds,
@@ -8,13 +9,25 @@ from .critical import (
 )
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
+from .matrix_equations import lyapunov as lyapunov, riccati as riccati
 from .modes import Mode as Mode, modes as modes
+from .norms import (
+    h2_norm as h2_norm,
+    h_infinity_norm as h_infinity_norm,
+    response_peaks as response_peaks,
+)
 from .orders import (
     OrderResponse as OrderResponse,
     order_response as order_response,
     unbalance_response as unbalance_response,
 )
 from .peak import Peak as Peak, unbalance_peak as unbalance_peak
+from .regulator import (
+    Regulator as Regulator,
+    closed_loop_cost as closed_loop_cost,
+    lqg as lqg,
+    lqr as lqr,
+)
 from .response import (
     FrequencyResponse as FrequencyResponse,
     frequency_response as frequency_response,
@@ -31,3 +44,4 @@ from .torsion import (
     torsional as torsional,
     torsional_modes as torsional_modes,
 )
+from .transfer import Peaks as Peaks

@@ -14,6 +14,8 @@ _SMALL = 150
 _SPARE = 16
 # Of the largest frequency: about the lowest one of a machine of many elements.
 _SHIFT = 1e-5
+# Of an eigenvector of length one, the largest entry of its coordinates.
+_MOVES = 1e-13
 
 
 def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -33,7 +35,9 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
         else:
             found = _near_zero(A, wanted)
         values, vectors = found
-        up = np.flatnonzero(np.imag(values) > STILL * np.sqrt(np.linalg.norm(A, 1)))
+        # a motor's fluxes may swing where nothing moves: no mode of the machine
+        moves = np.max(np.abs(vectors[: model.M.shape[0]]), axis=0, initial=0.0) > _MOVES
+        up = np.flatnonzero(moves & (np.imag(values) > STILL * np.sqrt(np.linalg.norm(A, 1))))
         if wanted == size or len(up) >= (count or 0):
             break
         wanted *= 2

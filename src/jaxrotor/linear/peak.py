@@ -1,5 +1,6 @@
 """The peak of the response to unbalance: where, how high, and how both depend on every parameter."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -65,14 +66,21 @@ def unbalance_peak(
             f"{start if int(first) == 0 else stop:g} rad/s, an end of the range: ask for another range"
         )
 
-    near = 0.5 * (low + high)
+    return Peak(*stationary(lambda speed: level(machine, speed), 0.5 * (low + high)))
 
-    def rising(speed):
-        return jax.jvp(lambda w: level(machine, w), (speed,), (jnp.ones_like(speed),))
+
+def stationary(
+    level: Callable[[Array], Array], near: Float[Array, ""]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Where a logarithmic `level` has its maximum, from as near as a search can tell, and how high it is
+    (no logarithm any more). What `level` closes over counts in the derivatives, first ones, both modes."""
+
+    def rising(x):
+        return jax.jvp(level, (x,), (jnp.ones_like(x),))
 
     (height, slope), (_, curvature) = jax.jvp(rising, (near,), (jnp.ones_like(near),))
     curvature = jax.lax.stop_gradient(curvature)
     step = -slope / curvature
     # a parabola through what is known beside the peak: as exact as the Newton step, and no further copy
     d = jax.lax.stop_gradient(step)
-    return Peak(near + step, jnp.exp(height + slope * d + 0.5 * curvature * d**2))
+    return near + step, jnp.exp(height + slope * d + 0.5 * curvature * d**2)

@@ -1,6 +1,7 @@
 """Where the machine rests under its weight."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -15,6 +16,8 @@ from .newton import newton_root
 from .state import State, from_flat
 
 _ITERATIONS = 25
+# A spring that holds the common turning is stiffer than this part of the line's torsional stiffness.
+_HELD = 1e-9
 
 
 def static_equilibrium(machine: Machine) -> State:
@@ -46,12 +49,37 @@ def resting(system: System, reference: Reference) -> Float[Array, " d"]:
         return z
     index = np.array(system.layout.free, dtype=int)
 
-    def loads(u):
+    def loads(u, system):
         y = jnp.concatenate([u, jnp.zeros(n), z])
         return evaluate(jnp.zeros(()), y, system, reference).loads.ravel()[index]
 
-    u = newton_root(loads, jnp.zeros(n), _ITERATIONS, 1e-12)
+    held = _free_spin(loads, system)
+
+    def missing(u):
+        left = loads(u, system)
+        return left if held is None else left - held * (held @ left) + held * (held @ u)
+
+    u = newton_root(missing, jnp.zeros(n), _ITERATIONS, 1e-12)
     return jnp.concatenate([u, jnp.zeros(n), z])
+
+
+def _free_spin(loads, system: System) -> Array | None:
+    """The common turning of a line that nothing leads, of length one over the free coordinates; zero where a
+    spring holds it. Left to Newton's method, an unbalanced rotor would swing to its lowest place, from where
+    its weight has no stiffness at all."""
+    layout = system.layout
+    free = np.array(layout.free, dtype=int)
+    turning = (free // layout.n_mass == 5).astype(float)
+    if system.ground or system.lead is not None or not turning.any():
+        return None
+    turn = 1.0 if system.turn is None else system.turn[free % layout.n_mass]
+    held = turning * turn
+    held = held / jnp.linalg.norm(held)
+    light = eqx.tree_at(lambda s: s.gravity, system, jnp.zeros(3))
+    _, push = jax.jvp(lambda u: loads(u, light), (jnp.zeros(free.size),), (held,))
+    m = layout.n_nodes
+    stiffest = jnp.max(jnp.abs(system.moving.reshape(6, m, 2, 6, m)[5, :, 0, 5]))
+    return jax.lax.stop_gradient(jnp.where(jnp.max(jnp.abs(push)) <= _HELD * stiffest, held, 0.0))
 
 
 def unbalanced_loads(system: System, y, reference: Reference) -> Float[Array, "n 6"]:
