@@ -128,8 +128,8 @@ from .inverse.trial import Trial as Trial
 from .inverse.unknown import Unknown as Unknown
 from .linear import (
     Campbell as Campbell,
-    CriticalSpeedMap as CriticalSpeedMap,
     Cluster as Cluster,
+    CriticalSpeedMap as CriticalSpeedMap,
     FrequencyResponse as FrequencyResponse,
     Interference as Interference,
     LinearModel as LinearModel,

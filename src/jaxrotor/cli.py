@@ -1,4 +1,4 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize STUDY.toml`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -55,6 +55,8 @@ examples:
   jaxrotor modes configs/friswell_two_disc.toml --speed "3000 rpm"     frequencies, damping, whirl
   jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
   jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
+  jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
+  jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -63,6 +65,37 @@ what `run` writes:
 
 exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
 what was computed before is kept; 130 interrupted, nothing was kept.
+"""
+
+_OPTIMIZE = """\
+The section says what may be changed, what is made small, and what must hold meanwhile:
+
+  [[optimize.unknowns]]
+  path = "damper.stiffness"            a parameter of the machine, as the study names it
+  positive = true                      or bounds = ["10 N*m/rad", "200 N*m/rad"]
+
+  [[optimize.objective]]
+  measure = { kind = "PeakValue", sensor = { kind = "Twist", first = "motor", second = "fan" } }
+
+  [[optimize.constraints]]
+  measure = { kind = "TotalMass" }
+  at_most = "40 kg"                    or at_least, or equal_to
+
+  [optimize.variations]                optional: machines about the design, the worst of which counts
+  spread = 0.1
+  count = 50
+
+Measures of a run (PeakValue, RootMeanSquare, Percentile, Integral, SettlingTime, PassageAmplitude,
+FatigueDamage) look at what [simulation] runs, through a sensor (Twist, Signal, Tachometer, ShaftStress,
+...). Measures of the machine itself (ResponsePeaks, H2Norm, DecayRate, UnbalancePeak, TotalMass) need
+no run. Every quantity carries its unit, limits too.
+
+what it writes:
+  summary.json             what was gained, by which values, and which constraint costs how much
+  <study>_optimized.toml   the study with the best values: run it
+  history.png              the search
+  before_after.png         what the sensors see, before and after (with measures of a run)
+  response.png             the response over frequency, before and after (with ResponsePeaks)
 """
 
 
@@ -145,6 +178,15 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("--quiet", action="store_true", help="no progress bar, no table")
     found.add_argument("--force", action="store_true", help="write into a folder in use")
+    best = command(
+        "optimize", "find the best design under constraints, as [optimize] in the study asks"
+    )
+    best.epilog = _OPTIMIZE
+    best.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_optimize)"
+    )
+    best.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    best.add_argument("--force", action="store_true", help="write into a folder in use")
     return top
 
 
@@ -168,6 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "campbell": _campbell,
             "response": _response,
             "identify": _identify,
+            "optimize": _optimize,
         }
         return commands[given.command](given)
     except InputError as error:
@@ -288,6 +331,12 @@ def _identify(given: argparse.Namespace) -> int:
     from .study.identified import run_identify
 
     return run_identify(_load(given.study), given.out, given.quiet, given.force)
+
+
+def _optimize(given: argparse.Namespace) -> int:
+    from .study.optimized import run_optimize
+
+    return run_optimize(_load(given.study), given.out, given.quiet, given.force)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Measures of the machine itself: of its linear model, and of what it weighs."""
 
 import abc
+import math
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -8,16 +9,23 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..kinematics import COORDINATES
 from ..linear.cluster import decay_rate, pole_cluster
 from ..linear.linearise import linearize
 from ..linear.norms import h2_norm, response_peaks
+from ..linear.observe import outputs_of
 from ..linear.peak import unbalance_peak
 from ..linear.torsion import torsional
+from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..parameter import parameter, problems
 from .criterion import Criterion, Judging
 from .experiment import AsBuilt
 from .mass import total_mass
+
+# How study files give what is no parameter: in which unit, and in which others, with their size in it.
+_SPEED: dict[str, Any] = {"quantity": "rad/s"}
+_FREQUENCY = {**_SPEED, "also": {"Hz": 2 * math.pi}}
 
 
 class AbstractMachineMeasure(eqx.Module, Judging):
@@ -57,8 +65,8 @@ class ResponsePeaks(AbstractMachineMeasure):
 
     input: str = eqx.field(static=True)
     output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True)
-    stop: float = eqx.field(static=True)
+    start: float = eqx.field(static=True, metadata=_FREQUENCY)
+    stop: float = eqx.field(static=True, metadata=_FREQUENCY)
     count: int = eqx.field(static=True, default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
     at: str = eqx.field(static=True, default="equilibrium")
@@ -149,10 +157,29 @@ class UnbalancePeak(AbstractMachineMeasure):
     rad/s: see `unbalance_peak`."""
 
     output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True)
-    stop: float = eqx.field(static=True)
+    start: float = eqx.field(static=True, metadata=_SPEED)
+    stop: float = eqx.field(static=True, metadata=_SPEED)
     at: str = eqx.field(static=True, default="equilibrium")
     unit: ClassVar[str] = ""
 
     def __call__(self, machine: Machine) -> Float[Array, ""]:
         return unbalance_peak(machine, self.output, self.start, self.stop, at=self.at).amplitude
+
+
+def unit_on(measure: Any, machine: Machine) -> str:
+    """Unit of a measure, found on the machine where what it looks at is told by name alone; empty for a pure
+    number, and where it is not known. Raises `InputError` for names that are none."""
+    if isinstance(measure, UnbalancePeak):
+        return _unit_of(measure.output, machine)
+    if not isinstance(measure, (ResponsePeaks, H2Norm)):
+        return getattr(measure, "unit", "")
+    out = _unit_of(measure.output, machine)
+    force = "N" if measure.input.rpartition(".")[2] in ("x", "y", "z") else "N*m"
+    top, below = (f"({unit})" if "*" in unit else unit for unit in (out, force))
+    ratio = "" if out == force else f"{top}/{below}"
+    return f"{ratio or '1'}/s**0.5" if isinstance(measure, H2Norm) else ratio
+
+
+def _unit_of(output: str, machine: Machine) -> str:
+    places = tuple((s, c) for s in structure_of(machine).wiring.stations for c in COORDINATES)
+    return outputs_of(machine, places, (output,))[0].unit

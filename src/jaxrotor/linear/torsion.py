@@ -56,8 +56,12 @@ def torsional(model: LinearModel) -> LinearModel:
     top = jnp.concatenate([zero, one, jnp.zeros((rows.size, inside.size))], axis=1)
     middle = jnp.linalg.solve(M, jnp.concatenate([-K, -C - G, pull], axis=1))
     whole = np.concatenate([rows, n + rows, inside])
-    A = jnp.concatenate([top, middle, model.A[np.ix_(inside, whole)]])
-    B = jnp.concatenate([zero, jnp.linalg.inv(M), jnp.zeros((inside.size, rows.size))])
+    # internal states feel accelerations (a ring is left behind by its hub): those of the twisting alone
+    felt = model.B[inside] @ model.M
+    own = (model.A[inside] - felt @ model.A[n : 2 * n])[:, whole]
+    A = jnp.concatenate([top, middle, own + felt[:, rows] @ middle])
+    quick = jnp.linalg.inv(M)
+    B = jnp.concatenate([zero, quick, felt[:, rows] @ quick])
     labels = tuple(model.coordinates[i] for i in rows)
     return LinearModel(M, C, G, K, A, B, model.speed, model.spins[rows], model.state, labels)
 

@@ -49,11 +49,7 @@ def transfer(
     if torsion:
         n = model.M.shape[0]
         phi = np.array([i for i, (_, what) in enumerate(model.coordinates) if what == "phi"], int)
-        twist = torsional(model)
-        quick = twist.B[phi.size : 2 * phi.size]
-        # a ring is left behind by what accelerates its hub
-        inside = model.B[2 * n :] @ model.M[:, phi] @ quick
-        model = eqx.tree_at(lambda m: m.B, twist, twist.B.at[2 * phi.size :].set(inside))
+        model = torsional(model)
         C = C[:, np.concatenate([phi, n + phi, np.arange(2 * n, C.shape[1])])]
     return Transfer(model.A, model.B[:, model.row(input)], C[0])
 

@@ -1,6 +1,11 @@
 """Pictures of machines and of runs."""
 
 from .chart import Curve as Curve, chart as chart
+from .design import (
+    before_after as before_after,
+    peaks_before_after as peaks_before_after,
+    search_history as search_history,
+)
 from .forces import bearing_forces as bearing_forces
 from .identification import (
     channel_fits as channel_fits,

@@ -13,7 +13,7 @@ import equinox as eqx
 
 from ..errors import InputError
 from ..parameter import problems, straight_unit
-from ..units import example, shown
+from ..units import example, read, shown
 from .faults import Faults, guess
 from .kinds import find_kind, public_constants, public_kinds
 from .values import declared_units, driven_unit, read_parameter
@@ -121,6 +121,8 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
         return _read_modules(field, members[0], value, context)
     if modules:
         return _read_module(cls, field, modules[0], value, context)
+    if float in options:
+        return _read_number(field, value, context)
     for kind, words in ((bool, "true or false"), (int, "a whole number"), (str, "a text")):
         if kind in options:
             if isinstance(value, kind) and (kind is bool or not isinstance(value, bool)):
@@ -129,6 +131,19 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
     return context.fault(
         field.name, "cannot be given in a study file: leave it out, or build the machine in Python"
     )
+
+
+def _read_number(field: dataclasses.Field, value: Any, context: Context) -> Any:
+    """A number that is no parameter. `quantity`: its unit; `also`: other units with their size in it."""
+    for unit, size in field.metadata.get("also", {}).items():
+        try:
+            return size * read(value, unit)
+        except ValueError:
+            pass  # told for its own unit
+    try:
+        return read(value, field.metadata.get("quantity", ""))
+    except ValueError as error:
+        return context.fault(field.name, str(error))
 
 
 def _read_modules(field: dataclasses.Field, base: type, value: Any, context: Context) -> Any:
@@ -171,8 +186,6 @@ def _read_module(
 
 def _steady(field: dataclasses.Field, value: Any, unit: str, context: Context) -> Any:
     """A schedule given as one quantity: the field's own converter makes it steady."""
-    from ..units import read
-
     try:
         return read(value, unit)
     except ValueError as error:
@@ -201,6 +214,10 @@ def _hints(cls: type) -> dict[str, Any]:
 
 def _example(cls: type, field: dataclasses.Field, context: Context) -> str:
     if "unit" not in field.metadata:
+        if "quantity" in field.metadata:
+            return example(field.metadata["quantity"])
+        if str in _flat(_hints(cls)[field.name]):
+            return '"..."'
         return f"{example(driven_unit(cls, field) or '')}" if driven_unit(cls, field) else "{ ... }"
     units = declared_units(cls, field)
     if units:

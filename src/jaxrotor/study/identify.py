@@ -14,6 +14,7 @@ from ..measure.channel import Channel
 from ..units import read, shown
 from .build import FAILED, Context, build_element
 from .faults import Faults, guess
+from .unknowns import read_quantity, read_unknown
 
 _KEYS = (
     "records",
@@ -26,7 +27,6 @@ _KEYS = (
     "shaft",
     "profile",
 )
-_UNKNOWN_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
 _STAGES = ("orders", "envelope", "time")
 
 
@@ -106,7 +106,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     if not faults.sentences:
         bench = Bench(machine, sensors)
         for i, one in enumerate(table["unknowns"]):
-            unknowns.append(_unknown(one, f"identify.unknowns, entry {i + 1}", bench, faults))
+            unknowns.append(read_unknown(one, f"identify.unknowns, entry {i + 1}", bench, faults))
     if faults.sentences:
         raise InputError(*faults.sentences)
     return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
@@ -140,7 +140,7 @@ def _record(given: Any, place: str, machine: Machine, folder: Path, faults: Faul
         except InputError as error:
             faults.sentences += [f"`{place}`: {p}" for p in error.problems]
             continue
-        found[path] = _quantity(value, units[0], f"{place}: {path}", faults)
+        found[path] = read_quantity(value, units[0], f"{place}: {path}", faults)
     return folder / told["file"], found
 
 
@@ -167,54 +167,3 @@ def _stages(table: dict, faults: Faults) -> tuple[Stage, ...]:
         faults.add("identify", f"turns, orders, iterations or stages {error}")
         return ()
     return tuple(Stage(domain, iterations) for domain in found)
-
-
-def _unknown(table: Any, place: str, bench: Bench, faults: Faults) -> Unknown:
-    nothing = Unknown("")
-    if not isinstance(table, dict) or not isinstance(table.get("path"), str):
-        faults.add(place, 'needs a path, such as path = "main.unbalance.eccentricity"')
-        return nothing
-    faults.unknown_keys(place, table, _UNKNOWN_KEYS)
-    path = table["path"]
-    try:
-        bench.get(path)
-        unit = bench.unit(path)
-    except InputError as error:
-        faults.sentences += [f"`{place}`: {p}" for p in error.problems]
-        return nothing
-    values: dict[str, Any] = {}
-    for key in ("start", "scale"):
-        if key in table:
-            values[key] = _quantity(table[key], unit, f"{place}: {key}", faults)
-    for key in ("bounds", "prior"):
-        if key in table:
-            pair = table[key]
-            if not isinstance(pair, list) or len(pair) != 2:
-                faults.add(place, f"{key} must be two quantities, but is {shown(pair)}")
-                continue
-            values[key] = tuple(_quantity(x, unit, f"{place}: {key}", faults) for x in pair)
-    also = table.get("also", {})
-    if not isinstance(also, dict) or not all(isinstance(x, (int, float)) for x in also.values()):
-        faults.add(
-            place,
-            f'also must be a table such as {{ "right.stiffness" = 1.0 }}, but is {shown(also)}',
-        )
-        also = {}
-    for key in ("positive", "circular"):
-        if not isinstance(table.get(key, False), bool):
-            faults.add(place, f"{key} must be true or false, but is {shown(table[key])}")
-    return Unknown(
-        path,
-        positive=table.get("positive", False) is True,
-        circular=table.get("circular", False) is True,
-        also={k: float(v) for k, v in also.items()},
-        **values,
-    )
-
-
-def _quantity(value: Any, unit: str, place: str, faults: Faults) -> float:
-    try:
-        return float(read(value, unit))
-    except ValueError as error:
-        faults.sentences.append(f"`{place}` {error}")
-        return 1.0  # goes no further: there is a fault

@@ -12,7 +12,7 @@ import equinox as eqx
 from .faults import Faults, guess
 
 
-def public_kinds(base: type) -> dict[str, type]:
+def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
     """name -> class, for every public class of jaxrotor that is a `base` and can be built."""
     import jaxrotor
 
@@ -29,7 +29,12 @@ def public_constants() -> dict[str, Any]:
 
 
 def find_kind(
-    kind: Any, base: type, place: str, faults: Faults, folder: Path | None, prefix: str = ""
+    kind: Any,
+    base: type | tuple[type, ...],
+    place: str,
+    faults: Faults,
+    folder: Path | None,
+    prefix: str = "",
 ) -> type | None:
     """The class that `kind` names: `"Rotor"`, or a user's `"mypackage.bearings:MyBearing"`.
 
@@ -54,16 +59,17 @@ def find_kind(
         return None
     if not _fits(cls, base):
         what = "has methods left to write" if inspect.isabstract(cls) else "is none"
+        bases = " or ".join(b.__name__ for b in (base if isinstance(base, tuple) else (base,)))
         faults.add(
             place,
-            f'{prefix}kind "{kind}" must be a class derived from jaxrotor\'s {base.__name__}, '
+            f'{prefix}kind "{kind}" must be a class derived from jaxrotor\'s {bases}, '
             f"but {what}: see its docstring",
         )
         return None
     return cls
 
 
-def _fits(candidate: Any, base: type) -> bool:
+def _fits(candidate: Any, base: type | tuple[type, ...]) -> bool:
     return (
         isinstance(candidate, type)
         and issubclass(candidate, base)

@@ -15,13 +15,23 @@ from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
 from .settings import Report, Simulation, check_simulation, read_section
 
-_SECTIONS = ("title", "source", "machine", "simulation", "report", "figures", "identify")
+_SECTIONS = (
+    "title",
+    "source",
+    "machine",
+    "simulation",
+    "report",
+    "figures",
+    "identify",
+    "optimize",
+)
 
 
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `settings` are those of the simulation, in SI; `figures` are drawn beside
-    those that `report` chooses; `identify` is what `jaxrotor identify` is asked for; `path` is the file."""
+    those that `report` chooses; `identify` and `optimize` are what the commands of these names are asked
+    for; `path` is the file."""
 
     machine: Machine
     settings: Simulation
@@ -31,6 +41,7 @@ class Study:
     figures: tuple[Figure, ...] = ()
     path: Path | None = None
     identify: Any = None
+    optimize: Any = None
 
     @property
     def name(self) -> str:
@@ -78,22 +89,30 @@ def load(path: str | Path) -> Study:
         check_figures(figures, machine, faults)
     if machine is None or settings is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
-    asked = _asked(document, machine, path)
-    return Study(
-        machine, settings, report=report, figures=figures, path=path, identify=asked, **texts
-    )
+    asked = _asked(document, machine, settings, path)
+    return Study(machine, settings, report=report, figures=figures, path=path, **asked, **texts)
 
 
-def _asked(document: dict, machine: Machine, path: Path) -> Any:
-    """The [identify] section, where there is one."""
-    if "identify" not in document:
-        return None
-    from .identify import read_identify
-
+def _asked(document: dict, machine: Machine, settings: Simulation, path: Path) -> dict[str, Any]:
+    """The sections [identify] and [optimize], where there are any."""
+    folder, asked, sentences = path.resolve().parent, {}, []
     try:
-        return read_identify(document["identify"], machine, path.resolve().parent)
+        if "identify" in document:
+            from .identify import read_identify
+
+            asked["identify"] = read_identify(document["identify"], machine, folder)
     except InputError as error:
-        raise InputError(*(f"{path.name}: {p}" for p in error.problems)) from None
+        sentences += error.problems
+    try:
+        if "optimize" in document:
+            from .optimize import read_optimize
+
+            asked["optimize"] = read_optimize(document["optimize"], machine, settings, folder)
+    except InputError as error:
+        sentences += error.problems
+    if sentences:
+        raise InputError(*(f"{path.name}: {sentence}" for sentence in sentences))
+    return asked
 
 
 def _text(key: str, value: Any, faults: Faults) -> str:

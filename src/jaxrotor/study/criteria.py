@@ -1,0 +1,180 @@
+"""What a study minimises and bounds: [[optimize.objective]] and [[optimize.constraints]]."""
+
+import dataclasses
+import operator
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..design.criterion import Constraint, Criterion
+from ..design.experiment import AsBuilt, Transient
+from ..design.machine_measures import AbstractMachineMeasure, unit_on
+from ..design.measure import AbstractMeasure, AbstractSignalMeasure, within
+from ..errors import InputError
+from ..machine.field import initial_states, n_free
+from ..machine.machine import Machine
+from ..machine.system import assemble
+from ..measure.quantities import Signal
+from ..solve.response import Response, RunInfo
+from ..units import read, shown
+from .build import FAILED, Context, build_element
+from .faults import Faults
+from .kinds import find_kind, public_kinds
+from .quantities import quantities
+from .settings import Simulation
+
+_BASES = (AbstractMeasure, AbstractMachineMeasure)
+_LIMITS = {"at_most": operator.le, "at_least": operator.ge, "equal_to": Criterion.equal_to}
+_OVER = ("worst", "mean")
+
+
+class CriteriaReader:
+    """All measures of a run look at the same `run`, all of the machine itself at the same `built`, so each is
+    made once."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        settings: Simulation,
+        variations: Any,
+        folder: Path,
+        faults: Faults,
+    ):
+        self.machine, self.settings, self.folder, self.faults = machine, settings, folder, faults
+        self.varied = variations is not None
+        given = settings.arguments()
+        own = {f.name for f in dataclasses.fields(Transient)}  # pyright: ignore[reportArgumentType]
+        self.left_out = [key for key in given if key not in own]
+        kept = {key: value for key, value in given.items() if key in own}
+        self.run = Transient(**kept, variations=variations)
+        self.built = AsBuilt(variations)
+        self.runs = False  # whether a measure looks at the run
+
+    def objective(self, tables: Any) -> Criterion | None:
+        parts = []
+        for place, table in self._tables(tables, "objective"):
+            self.faults.unknown_keys(place, table, ("measure", "weight", "over"))
+            criterion, _ = self._criterion(table, place)
+            weight = self._number(table.get("weight", 1.0), "", f"{place}: weight")
+            if criterion is not None:
+                parts.append(weight * criterion if weight != 1 else criterion)
+        return sum(parts[1:], parts[0]) if parts else None
+
+    def constraints(self, tables: Any) -> tuple[Constraint, ...]:
+        found = []
+        for place, table in self._tables(tables, "constraints"):
+            self.faults.unknown_keys(place, table, ("measure", "over", *_LIMITS))
+            criterion, unit = self._criterion(table, place)
+            given = [key for key in _LIMITS if key in table]
+            if len(given) != 1:
+                what = " and ".join(given) + " are" if given else "none is"
+                self.faults.add(
+                    place, f"needs one of at_most, at_least and equal_to, but {what} given"
+                )
+            elif criterion is not None:
+                limit = self._number(table[given[0]], unit, f"{place}: {given[0]}")
+                found.append(_LIMITS[given[0]](criterion, limit))
+        return tuple(found)
+
+    def _tables(self, tables: Any, key: str) -> list[tuple[str, dict]]:
+        if not isinstance(tables, list):
+            self.faults.add(
+                "optimize",
+                f"{key} must be a list, but is {shown(tables)}: write [[optimize.{key}]]",
+            )
+            return []
+        found = []
+        for i, table in enumerate(tables):
+            place = f"optimize.{key}, entry {i + 1}"
+            if isinstance(table, dict):
+                found.append((place, table))
+            else:
+                self.faults.add(
+                    place, f"must be a table, but is {shown(table)}: give it measure = {{ ... }}"
+                )
+        return found
+
+    def _number(self, value: Any, unit: str, place: str) -> float:
+        try:
+            return read(value, unit)
+        except ValueError as error:
+            self.faults.sentences.append(f"`{place}` {error}")
+            return 1.0  # goes no further: there is a fault
+
+    def _criterion(self, table: dict, place: str) -> tuple[Criterion | None, str]:
+        """And its unit."""
+        over = table.get("over", "worst")
+        if over not in _OVER:
+            self.faults.add(place, f'over must be "worst" or "mean", but is {shown(over)}')
+            over = "worst"
+        elif "over" in table and not self.varied:
+            self.faults.add(
+                place,
+                "over goes with [optimize.variations], which is not there: remove it, or add that",
+            )
+        measure = self._measure(table.get("measure"), place)
+        if measure is FAILED:
+            return None, ""
+        unit = self._looks(measure, place)
+        if unit is None:
+            return None, ""
+        if isinstance(measure, AbstractMeasure):
+            self.runs = True
+            return self.run.measure(measure, over), unit
+        return self.built.measure(measure, over), unit
+
+    def _measure(self, table: Any, place: str) -> Any:
+        if not isinstance(table, dict) or "kind" not in table:
+            listed = ", ".join(public_kinds(_BASES))
+            given = "is missing" if table is None else f"must be a table, but is {shown(table)}"
+            given = "has no kind" if isinstance(table, dict) else given
+            self.faults.add(
+                place, f'measure {given}: write measure = {{ kind = "...", ... }}, one of {listed}'
+            )
+            return FAILED
+        table = dict(table)
+        kind = table.pop("kind")
+        cls = find_kind(kind, _BASES, place, self.faults, self.folder, "measure.")
+        if cls is None:
+            return FAILED
+        context = Context(self.faults, place, self.folder, prefix="measure.")
+        measure = build_element(cls, table, context)
+        return measure if measure is FAILED else self._with_unit(measure)
+
+    def _with_unit(self, measure: Any) -> Any:
+        """The unit of an element's signal is known to the machine."""
+        sensor = getattr(measure, "sensor", None)
+        if type(sensor) is not Signal or sensor.unit:
+            return measure
+        unit = quantities(self.machine).get(sensor.element, {}).get(sensor.name, "")
+        return dataclasses.replace(measure, sensor=dataclasses.replace(sensor, unit=unit))
+
+    def _looks(self, measure: Any, place: str) -> str | None:
+        """Whether it finds what it looks at: by shapes alone, nothing runs. Its unit, or None."""
+        try:
+            if isinstance(measure, AbstractMeasure):
+                return _seen(measure, self.machine, self.settings)
+            eqx.filter_eval_shape(measure, self.machine)
+            return unit_on(measure, self.machine)
+        except InputError as error:
+            self.faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+            return None
+
+
+def _seen(measure: AbstractMeasure, machine: Machine, settings: Simulation) -> str:
+    """The unit of a measure that can look at the run; raises `InputError`."""
+    t = jnp.array([0.0, 0.5, 1.0]) * settings.t_end
+
+    def run(machine: Machine, t: Array) -> Response:
+        system = assemble(machine)
+        size = 2 * n_free(system) + initial_states(system).size
+        return Response(machine, t, jnp.zeros((t.size, size)), RunInfo("none"))
+
+    if isinstance(measure, AbstractSignalMeasure):
+        ends = jnp.linspace(0.0, settings.t_end, 1 + round(settings.t_end * settings.sample_rate))
+        within(measure, Response(machine, ends, jnp.zeros((ends.size, 0)), RunInfo("none")))
+    eqx.filter_eval_shape(lambda m, t: measure(run(m, t)), machine, t)
+    return measure.unit

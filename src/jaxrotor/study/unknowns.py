@@ -1,0 +1,77 @@
+"""Parameters that a study asks to find: tables with a path, where it starts and what it may be."""
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..inverse.bench import Bench
+from ..inverse.unknown import Unknown, split_entry
+from ..units import read, shown
+from .faults import Faults
+
+_KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
+
+
+def read_unknown(
+    table: Any, place: str, bench: Bench, faults: Faults, lists: bool = False, prior: bool = True
+) -> Unknown:
+    """One [[....unknowns]] table. `lists`: whether a path may name a list of numbers, all of which are
+    looked for; `prior`: whether one may be known beforehand."""
+    nothing = Unknown("")
+    if not isinstance(table, dict) or not isinstance(table.get("path"), str):
+        faults.add(place, 'needs a path, such as path = "main.unbalance.eccentricity"')
+        return nothing
+    faults.unknown_keys(place, table, [key for key in _KEYS if prior or key != "prior"])
+    path = table["path"]
+    try:
+        unit = _unit(path, bench, lists)
+    except InputError as error:
+        faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+        return nothing
+    values: dict[str, Any] = {}
+    for key in ("start", "scale"):
+        if key in table:
+            values[key] = read_quantity(table[key], unit, f"{place}: {key}", faults)
+    for key in ("bounds", "prior"):
+        if key in table:
+            pair = table[key]
+            if not isinstance(pair, list) or len(pair) != 2:
+                faults.add(place, f"{key} must be two quantities, but is {shown(pair)}")
+                continue
+            values[key] = tuple(read_quantity(x, unit, f"{place}: {key}", faults) for x in pair)
+    also = table.get("also", {})
+    if not isinstance(also, dict) or not all(isinstance(x, (int, float)) for x in also.values()):
+        faults.add(
+            place,
+            f'also must be a table such as {{ "right.stiffness" = 1.0 }}, but is {shown(also)}',
+        )
+        also = {}
+    for key in ("positive", "circular"):
+        if not isinstance(table.get(key, False), bool):
+            faults.add(place, f"{key} must be true or false, but is {shown(table[key])}")
+    return Unknown(
+        path,
+        positive=table.get("positive", False) is True,
+        circular=table.get("circular", False) is True,
+        also={k: float(v) for k, v in also.items()},
+        **values,
+    )
+
+
+def _unit(path: str, bench: Bench, lists: bool) -> str:
+    """Of a number, or of all in a list; raises `InputError` where there is none."""
+    if lists and split_entry(path)[1] is None and path.split(".")[0] in bench.machine.wiring.order:
+        value, units = bench.machine.get(path), set(bench.machine.units(path))
+        if np.ndim(value) == 1 and len(units) == 1:
+            return units.pop()
+    bench.get(path)
+    return bench.unit(path)
+
+
+def read_quantity(value: Any, unit: str, place: str, faults: Faults) -> float:
+    try:
+        return float(read(value, unit))
+    except ValueError as error:
+        faults.sentences.append(f"`{place}` {error}")
+        return 1.0  # goes no further: there is a fault
