@@ -1,11 +1,11 @@
 """Effort against vibration: what a given amount of control torque can do about a torsional vibration.
 
-The start by an induction motor of `active_torsional_damper.py`, its bending held (only the twisting counts here).
-For each of a row of efforts (RMS of the actuator's torque) three controllers are tuned by gradient for the
-least vibration that this effort allows: a PD controller, one that is resonant at the torsional mode, and
-a small neural network. A limit moves from design to design; nothing is compiled anew for it.
+The start by an induction motor of `active_torsional_damper.py`, its bending held (only the twisting counts
+here). For each of a row of efforts (RMS of the actuator's torque) three controllers are tuned by gradient
+for the least vibration that this effort allows: a PD controller, one that is resonant at the torsional
+mode, and a small neural network. A limit moves from design to design; nothing is compiled anew for it.
 
-    python experiments/pareto.py [--out DIR] [--points 6]
+    python experiments/pareto.py [--out DIR] [--points 5] [--controllers PD,resonant,neural]
 """
 
 import argparse
@@ -27,7 +27,7 @@ import jaxrotor as jr
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 from jaxrotor.study.written import save_figure
 
-T_END = 0.8
+T_END = 0.6
 RMS = jr.RootMeanSquare(TWIST, moving=0.03)
 EFFORT = jr.RootMeanSquare(jr.Signal("damper", "torque"))
 MODE = 326.0  # rad/s
@@ -43,7 +43,10 @@ def controllers() -> dict[str, tuple[jr.AbstractController, list[jr.Unknown]]]:
         ),
         "resonant": (
             jr.ResonantController(0.5, MODE, 0.5),
-            [jr.Unknown(at + name, positive=True) for name in ("damping", "frequency", "bandwidth")],
+            [
+                jr.Unknown(at + name, positive=True)
+                for name in ("damping", "frequency", "bandwidth")
+            ],
         ),
         "neural": (network, [jr.Unknown(at + "weights", scale=0.3)]),
     }
@@ -67,13 +70,15 @@ def front(name: str, efforts, progress: bool | None = None) -> list[jr.Optimum]:
     controller, unknowns = controllers()[name]
     m = machine(controller)
     found = []
-    for effort in tqdm(efforts, name, leave=False, disable=None if progress is None else not progress):
+    for effort in tqdm(
+        efforts, name, leave=False, disable=None if progress is None else not progress
+    ):
         best = jr.optimize(
             m,
             unknowns,
             RUN.measure(RMS),
             [RUN.measure(EFFORT) <= effort],
-            iterations=60,
+            iterations=40,
             tolerance=1e-4,
             progress=False,
         )
@@ -87,7 +92,8 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, default=Path("results/pareto"))
-    parser.add_argument("--points", type=int, default=6, help="efforts (default: 6)")
+    parser.add_argument("--points", type=int, default=5, help="efforts (default: 5)")
+    parser.add_argument("--controllers", default="PD,resonant,neural", help="which (default: all)")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
@@ -98,13 +104,14 @@ def main() -> None:
     fig, axes = figure(1, 1, (7.5, 4.8))
     ax = axes[0, 0]
     ax.axhline(np.degrees(alone), color=GREY, linestyle="--", label="without")
-    for (name, _), colour, mark in zip(controllers().items(), COLOURS, "os^"):
+    for name, colour, mark in zip(given.controllers.split(","), COLOURS, "os^"):
         designs = front(name, efforts)
         effort = [one.constraints[0].value for one in designs]
         rms = [np.degrees(one.objective) for one in designs]
         for x, y, one in zip(effort, rms, designs):
             price = np.degrees(one.constraints[0].price)
-            print(f"{name:9} {x:6.3f} N·m RMS: {y:.4f} deg RMS, {price:+.4f} deg for one more N·m; {one.stopped}")
+            gain = f"{price:+.4f} deg for one more N·m"
+            print(f"{name:9} {x:6.3f} N·m RMS: {y:.4f} deg RMS, {gain}; {one.stopped}")
         ax.loglog(effort, rms, mark + "-", color=colour, label=name)
     label(ax, "effort: RMS torque of the actuator, N·m", "RMS twist about its moving mean, deg")
     legend(ax)

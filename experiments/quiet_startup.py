@@ -1,12 +1,10 @@
 """A quiet start-up: the ramp itself is designed, at equal time to reach the same speed.
 
 The two-rotor machine of Matyja & Łazarz (2014), its shafts damped a twentieth as much, is run up to
-1000 rad/s through its critical speed. The ramp is a spline of speed; its points are found by gradient for the
-smallest deflection of the main rotor on the way, while the drive may pull no harder than a cosine ramp of
-the same duration does. For several durations; beside them the cosine ramp and a ramp at constant acceleration.
-
-What comes out is what one would do by hand, and how much it is worth: hurry where the critical speed is, and pay
-for it elsewhere.
+1000 rad/s through its critical speed. The ramp is a spline of speed; its points are found by gradient for
+the smallest deflection of the main rotor on the way, while the drive may pull little harder than a cosine
+ramp of the same duration does. For several durations; beside them the cosine ramp and a ramp at constant
+acceleration.
 
     python experiments/quiet_startup.py [--out DIR] [--durations 1.5,2.5,4]
 """
@@ -62,10 +60,7 @@ def judged(m: jr.Machine) -> tuple[float, float]:
 def designed(duration: float, allowed: float, progress: bool | None = None) -> jr.Optimum:
     """`allowed`: drive torque, N·m."""
     start = machine(duration, shapes(duration)["cosine"])
-    points = [
-        jr.Unknown(f"end.profile.speeds[{i}]", scale=100.0)
-        for i in range(1, POINTS - 1)
-    ]
+    points = [jr.Unknown(f"end.profile.speeds[{i}]", scale=100.0) for i in range(1, POINTS - 1)]
     return jr.optimize(
         start,
         points,
@@ -101,7 +96,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, default=Path("results/quiet_startup"))
-    parser.add_argument("--durations", default="1.5,2.5,4", help="s, between commas (default: 1.5,2.5,4)")
+    parser.add_argument(
+        "--durations", default="1.5,2.5,4", help="s, between commas (default: 1.5,2.5,4)"
+    )
     given = parser.parse_args()
     durations = [float(x) for x in given.durations.split(",")]
     given.out.mkdir(parents=True, exist_ok=True)
@@ -123,7 +120,9 @@ def main() -> None:
         save_figure(draw(runs, duration), given.out / f"ramp_{duration:g}s.png")
         found.save(given.out / f"optimum_{duration:g}s.json")
     fig, axes = figure(1, 1, (6.5, 4.2))
-    for (name, colour) in zip(("cosine", "constant acceleration", "designed"), (GREY, *COLOURS[1::-1])):
+    for name, colour in zip(
+        ("cosine", "constant acceleration", "designed"), (GREY, *COLOURS[1::-1])
+    ):
         own = [(d, 1e3 * p) for d, n, p, _ in table if n == name]
         axes[0, 0].plot(*zip(*own), "o-", color=colour, label=name)
     label(axes[0, 0], "time to reach the speed, s", "largest deflection of main, mm")

@@ -88,7 +88,7 @@ class Actuator(eqx.Module):
     def _late(self, wanted: Array, state: States) -> Array:
         if self.delay is None:
             return wanted
-        return _approximant(self.pade)[0] @ state[: self.pade]
+        return jnp.asarray(_approximant(self.pade)[0]) @ state[: self.pade]
 
 
 def _approximant(n: int) -> tuple[np.ndarray, np.ndarray]:

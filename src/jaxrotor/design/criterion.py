@@ -57,9 +57,9 @@ def _finite(limit: Any) -> float:
 @dataclasses.dataclass(frozen=True, eq=False)
 class Criterion(Judging):
     """A weighted sum of what measures say of experiments: `start.measure(...) + 0.1 * other`. `terms`:
-    (weight, experiment, measure, how a batch counts)."""
+    (weight, experiment, measure, how a batch counts); without an experiment the machine itself is judged."""
 
-    terms: tuple[tuple[float, Any, Callable, str], ...]
+    terms: tuple[tuple[float, Any, Callable[[Any], Any], str], ...]
 
     def criterion(self) -> "Criterion":
         return self
@@ -74,7 +74,7 @@ class Criterion(Judging):
         parts = []
         for weight, experiment, measure, over in self.terms:
             words = described(measure)
-            if experiment.variations is not None:
+            if experiment is not None and experiment.variations is not None:
                 words = f"{over} {words}"
             parts.append(words if weight == 1 else f"{weight:g} {words}")
         return " + ".join(parts)
@@ -94,15 +94,13 @@ class Constraint:
 
 def as_criterion(given: Any) -> Criterion:
     """A criterion as it is; a function of the machine becomes one."""
-    from .experiment import AsBuilt
-
     if isinstance(given, Judging):
         return given.criterion()
     if callable(given) and not isinstance(given, type):
-        return AsBuilt().measure(given)
+        return Criterion(((1.0, None, given, "worst"),))
     raise InputError(
-        "an objective must be made by an experiment's `measure(...)`, be a measure of the machine, or a function "
-        f"of the machine, but is {given!r} ({type(given).__name__})"
+        "what is judged must be made by an experiment's `measure(...)`, be a measure of the machine, or a "
+        f"function of it, but is {given!r} ({type(given).__name__})"
     )
 
 

@@ -1,6 +1,7 @@
 """What is done with a machine to judge it: nothing, or a run; alone, or with a batch of its likes."""
 
 import abc
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
@@ -51,8 +52,8 @@ class AbstractExperiment(eqx.Module):
         )
 
     def measure(self, measure: Callable[[Any], Array], over: Over = "worst") -> Criterion:
-        """What `measure` says of the outcome, to be minimised or bounded. With variations: of the `"worst"` of
-        the machines (each of them counts, so the design is that of an exact minimax), or of their `"mean"`."""
+        """What `measure` says of the outcome, to be minimised or bounded. With variations: of the `"worst"`
+        of the machines (an exact minimax over all of them), or of their `"mean"`."""
         if over not in ("worst", "mean"):
             raise InputError(f'over must be "worst" or "mean", but is {over!r}')
         if not callable(measure):
@@ -123,17 +124,7 @@ class Transient(AbstractExperiment):
             adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()
         if not adaptive and step is None:
             step = _planned(machine, self)
-        return Transient(
-            self.t_end,
-            self.sample_rate,
-            self.initial,
-            self.speed,
-            self.conditions,
-            step,
-            solver,
-            self.variations,
-            adjoint,
-        )
+        return dataclasses.replace(self, step=step, solver=solver, adjoint=adjoint)
 
 
 def _planned(machine: Machine, run: Transient) -> Plan:

@@ -45,21 +45,23 @@ def optimize(
 
     **Arguments:**
 
-    - `parameters`: `Unknown`s or plain paths, as for `identify`; a path with several entries stands for all of
-      them. Bounds are never left on the way: positive ones by their logarithm, bounded ones by a logistic map.
-    - `objective`: what an experiment measures (`Transient(...).measure(RootMeanSquare(...))`), a measure of the
-      machine (`HInfinityNorm(...)`), sums of these, or a function of the machine. Of one with several entries (peaks,
-      machines of a batch) the largest is minimised, exactly: a minimax in epigraph form.
+    - `parameters`: `Unknown`s or plain paths, as for `identify`; a path to a list stands for all its
+      entries. Positive ones are searched for by their logarithm, bounded ones by a logistic map: bounds are
+      never left on the way.
+    - `objective`: what an experiment measures (`Transient(...).measure(RootMeanSquare(...))`), a measure of
+      the machine (`ResponsePeaks(...)`), sums of these, or a function of the machine. Of one with several
+      entries (peaks, machines of a batch) the largest is minimised, exactly: a minimax in epigraph form.
     - `constraints`: `criterion <= limit`, `>= limit`, or `.equal_to(value)`, SI.
     - `starts`: further starts, path -> value; the best of all searches is returned.
-    - `iterations`: evaluations of one search at most. `tolerance`: on the slope of the scaled Lagrangian and on scaled
-      constraints.
-    - `optimiser`: of optax, such as `optax.adam(0.02)`, in place of BFGS (optimistix); it takes `iterations` steps in
-      each round of the multipliers.
+    - `iterations`: evaluations of one search at most. `tolerance`: on the slope of the scaled Lagrangian and
+      on scaled constraints.
+    - `optimiser`: of optax, such as `optax.adam(0.02)`, in place of BFGS (optimistix); it takes
+      `iterations` steps in each round of the multipliers.
     - `reverse`: slopes by reverse mode; by default from seven unknowns on.
 
-    **Returns** an `Optimum`. Raises `InputError` for wrong input before anything runs, and where no start gives a finite
-    objective. Source: Nocedal & Wright, Numerical Optimization, 2nd ed., ch. 6 (BFGS) and 17 (augmented Lagrangian).
+    **Returns** an `Optimum`. Raises `InputError` for wrong input before anything runs, and where no start
+    gives a finite objective. Source: Nocedal & Wright, Numerical Optimization, 2nd ed., ch. 6 (BFGS) and 17
+    (augmented Lagrangian).
     """
     require_x64()
     if not isinstance(machine, Machine):
@@ -118,5 +120,6 @@ def optimize(
 def _not_finite(vector: np.ndarray, sizes: Sequence[int], criteria: Sequence[Any]) -> str:
     for one, values in zip(criteria, in_parts(vector, sizes)):
         if not np.all(np.isfinite(values)):
-            return f"`{one}` is {values[~np.isfinite(values)][0]}: is the machine stable, and the step short enough?"
+            bad = values[~np.isfinite(values)][0]
+            return f"`{one}` is {bad}: is the machine stable, and the step short enough?"
     return ""

@@ -64,8 +64,8 @@ class Optimum:
     scales: tuple[float, ...] = dataclasses.field(repr=False)
 
     def sensitivities(self, paths: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-        """How the best objective changes with each parameter of the machine that was not designed (per SI unit),
-        the design following: by the envelope theorem, one reverse sweep. `paths`: by default all."""
+        """How the best objective changes with each parameter of the machine that was not designed (per SI
+        unit), the design following: by the envelope theorem, one reverse sweep. `paths`: by default all."""
         weights = self._pull()
         problem = _reversed(self.problem)
         slopes = _by_machine(problem, self.machine, weights)
@@ -77,9 +77,9 @@ class Optimum:
         return {name: np.asarray(found[name]) for name in names if found.get(name) is not None}
 
     def tolerances(self, rise: float = 0.01) -> dict[str, float]:
-        """By how much each designed parameter alone may leave its value, either way, before the Lagrangian (the
-        objective, and active constraints by their price) rises by this part of the objective: from the
-        curvature there. Infinite where it is flat."""
+        """By how much each designed parameter alone may leave its value, either way, before the Lagrangian
+        (the objective, and active constraints by their price) rises by this part of the objective: from the
+        curvature there, in the parameter's unit. Infinite where it is flat."""
         space, u = self.problem.space, jnp.asarray(self.found.u)
         weights = self._pull()
         found = {}

@@ -13,7 +13,11 @@ from ..inverse.bench import Bench
 from ..inverse.space import Space
 from ..machine.machine import Machine
 from .criterion import Constraint, Criterion
-from .experiment import AbstractExperiment
+from .experiment import AbstractExperiment, AsBuilt
+
+# How far the search's own numbers of positive and bounded parameters count: a factor of 5e8, 2e-9 of the
+# range. Beyond, where a bound that holds the design draws them ever further, powers would overflow.
+_FAR = 20.0
 
 
 class Row(NamedTuple):
@@ -33,6 +37,8 @@ class Problem(eqx.Module):
     reverse: bool = eqx.field(static=True)
 
     def machine(self, u: Float[Array, " n"]) -> Machine:
+        tailed = np.array([kind in ("positive", "bounded") for kind in self.space.kinds])
+        u = jnp.where(tailed, jnp.clip(u, -_FAR, _FAR), u)
         return self.space.placed(self.bench, u).machine
 
     def judged(self, machine: Machine) -> list[Float[Array, " k"]]:
@@ -72,7 +78,8 @@ def pose(
     for one in criteria:
         criterion = one.criterion if isinstance(one, Constraint) else one
         terms = []
-        for weight, experiment, measure, over in criterion.terms:
+        for weight, given, measure, over in criterion.terms:
+            experiment = AsBuilt() if given is None else given
             k = next((i for i, e in enumerate(experiments) if _same(e, experiment)), None)
             if k is None:
                 k = len(experiments)

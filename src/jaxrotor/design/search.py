@@ -109,8 +109,8 @@ class Search:
     def run(
         self, x: Array, iterations: int, optimiser: optax.GradientTransformation | None
     ) -> Found:
-        """From `x`, with the level of a minimax as its last entry: at most so many evaluations (of optax: so many in
-        each round of the multipliers)."""
+        """From `x`, with the level of a minimax as its last entry: at most so many evaluations (of optax: so
+        many in each round of the multipliers)."""
         layout, terms, n = self.layout, self.terms, len(self.problem.space)
         self.left, self.history = iterations, []
         before, rest, metric, converged = np.inf, 1e-2, None, False
@@ -145,8 +145,8 @@ class Search:
     def _newton(
         self, x: Array, terms: Terms, rest: float, metric: Any
     ) -> tuple[Array, Told, bool, Any]:
-        """Until no slope exceeds `rest`, or nothing is gained any more. `metric`: the inverse curvature that an
-        earlier round has learnt."""
+        """Until no slope exceeds `rest`, or nothing is gained any more. `metric`: the inverse curvature that
+        an earlier round has learnt."""
         told = self.look(x, terms)
         size = float(np.max(np.abs(told.slope)))
         if not np.isfinite(size) or size <= rest:
@@ -176,6 +176,9 @@ class Search:
                 return x, here, True, metric
             if self.left <= 0:
                 return x, here, False, metric
+            # what was learnt of the curvature has overflowed: anew, without it
+            if not bool(jnp.all(jnp.isfinite(ahead))):
+                return x, here, False, None
             trial = self.look(ahead, terms)
 
     def _optax(self, x: Array, terms: Terms, optimiser, iterations: int) -> tuple[Array, Told]:
@@ -192,6 +195,6 @@ class Search:
                 continue
             if best is None or told.merit < best[1].merit:
                 best = x, told
-            x, state = _descend(optimiser, x, state, told.slope)
+            x, state = _descend(optimiser, x, state, told.slope)  # pyright: ignore
         assert best is not None
         return best

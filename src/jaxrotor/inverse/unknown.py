@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any, Literal
 
+import numpy as np
+
 from ..errors import InputError
 
 _ENTRY = re.compile(r"(.+?)\[(\d+)\]")
@@ -110,8 +112,8 @@ def expanded(given: Any, machine: Any) -> tuple[Unknown, ...]:
     for one in as_unknowns(given):
         whole, entry = split_entry(one.path)
         value = None if entry is not None or one.also else machine.get(whole)
-        if getattr(value, "ndim", 0) == 1:
-            found += [dataclasses.replace(one, path=f"{whole}[{k}]") for k in range(value.size)]
+        if value is not None and np.ndim(value) == 1:
+            found += [dataclasses.replace(one, path=f"{whole}[{k}]") for k in range(np.size(value))]
         else:
             found.append(one)
     return tuple(found)

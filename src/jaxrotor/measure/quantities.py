@@ -190,7 +190,7 @@ class ShaftStress(AbstractSensor):
 
     - `shaft`: a `Shaft`, an element of a `FiniteElementShaft` (`"shaft.element 3"`) or a spring of a
       `RigidElementShaft`.
-    - `kind`: `"shear"`, of the torque T alone, `16 T d/(pi (d⁴ - d_i⁴))`, with T's sign; or `"mises"`,
+    - `stress`: `"shear"`, of the torque T alone, `16 T d/(pi (d⁴ - d_i⁴))`, with T's sign; or `"mises"`,
       `sqrt(s² + 3 tau²)` with s of bending and tension, `32 |M| d/(pi (d⁴ - d_i⁴)) + |N|/A`, the larger of
       both ends, never negative.
 
@@ -199,7 +199,7 @@ class ShaftStress(AbstractSensor):
     """
 
     shaft: str = eqx.field(static=True)
-    kind: Literal["mises", "shear"] = eqx.field(static=True, default="mises")
+    stress: Literal["mises", "shear"] = eqx.field(static=True, default="mises")
     unit: ClassVar[str] = "Pa"
 
     def signal(self, response: Response) -> Float[Array, " nt"]:
@@ -209,7 +209,7 @@ class ShaftStress(AbstractSensor):
         ):
             raise InputError(f"`{self.shaft}`: is no shaft section: name a Shaft")
         return _stress(
-            response.machine, response.t, response.evaluation, self.shaft, self.kind == "mises"
+            response.machine, response.t, response.evaluation, self.shaft, self.stress == "mises"
         )
 
 
