@@ -7,9 +7,10 @@ import jax.numpy as jnp
 from jax.custom_batching import sequential_vmap
 from jaxtyping import Array, Bool, Float, Int
 
+from ..measure.sensor import AbstractSensor
 from ..parameter import parameter
 from ..solve.response import Response
-from .measure import AbstractSignalMeasure, or_nan, window_faults, within
+from .measure import AbstractSignalMeasure, or_nan, see, window_faults, within
 
 
 class Cycles(NamedTuple):
@@ -96,9 +97,12 @@ class FatigueDamage(AbstractSignalMeasure):
     def unit(self) -> str:
         return ""
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         inside = within(self, response)
-        seen = self.sensor.signal(response)
+        seen = see(response, self.sensor)
         cycles = rainflow(seen, inside)
         ranges = jnp.abs(seen[cycles.first] - seen[cycles.last])
         amplitudes = 0.5 * jnp.where(

@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..measure.sensor import AbstractSensor
 from ..solve.response import Response
-from .measure import AbstractSignalMeasure, span, window_faults
+from .measure import AbstractSignalMeasure, see, span, window_faults
 
 
 def antiderivative(t: Float[Array, " nt"], values: Float[Array, " nt"]) -> Callable[[Array], Array]:
@@ -69,9 +70,12 @@ class Integral(AbstractSignalMeasure):
             return "s"
         return f"({own})**2*s" if self.power == 2 else f"({own})*s"
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         start, stop = span(self, response)
-        seen = self.sensor.signal(response)
+        seen = see(response, self.sensor)
         seen = seen**2 if self.power == 2 else jnp.abs(seen) if self.absolute else seen
         until = antiderivative(response.t, seen)
         return until(stop) - until(start)

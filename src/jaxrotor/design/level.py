@@ -6,10 +6,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..measure.sensor import AbstractSensor
 from ..parameter import parameter
 from ..solve.response import Response
 from .integral import mean, moving_mean
-from .measure import AbstractSignalMeasure, or_nan, span, window_faults, within
+from .measure import AbstractSignalMeasure, or_nan, see, span, window_faults, within
 
 
 class RootMeanSquare(AbstractSignalMeasure):
@@ -36,9 +37,12 @@ class RootMeanSquare(AbstractSignalMeasure):
     def unit(self) -> str:
         return self.sensor.unit
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         start, stop = span(self, response)
-        t, seen = response.t, self.sensor.signal(response)
+        t, seen = response.t, see(response, self.sensor)
         if self.moving is not None:
             seen = seen - moving_mean(t, seen, self.moving)
         elif self.about == "mean":
@@ -65,9 +69,12 @@ class Percentile(AbstractSignalMeasure):
     def unit(self) -> str:
         return self.sensor.unit
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         inside = within(self, response)
-        seen = self.sensor.signal(response)
+        seen = see(response, self.sensor)
         rising = jnp.sort(jnp.where(inside, jnp.abs(seen), jnp.inf))
         last = jnp.maximum(jnp.sum(inside) - 1, 0)
         place = self.share * last

@@ -4,6 +4,7 @@ import abc
 from collections.abc import Iterator
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -11,6 +12,27 @@ from ..errors import InputError
 from ..measure.sensor import AbstractSensor
 from ..parameter import known, parameter, problems
 from ..solve.response import Response
+
+
+class Seen(eqx.Module):
+    """What sensors saw of a run that was not kept: it stands in for the `Response`. `t`: (nt,), s."""
+
+    t: Float[Array, " nt"]
+    sensors: tuple[AbstractSensor, ...]
+    signals: tuple[Float[Array, " nt"], ...]
+
+
+def see(response: Response | Seen, sensor: AbstractSensor) -> Float[Array, " nt"]:
+    """The signal of a sensor, of a run or of what was kept of it."""
+    if not isinstance(response, Seen):
+        return sensor.signal(response)
+    return next(s for own, s in zip(response.sensors, response.signals) if alike(own, sensor))
+
+
+def alike(a: AbstractSensor, b: AbstractSensor) -> bool:
+    """The same kind with the same words, and the same numbers as objects: they may be traced."""
+    same = jax.tree.structure(a) == jax.tree.structure(b)
+    return same and all(x is y for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b)))
 
 
 class AbstractMeasure(eqx.Module):
@@ -49,6 +71,10 @@ class AbstractSignalMeasure(AbstractMeasure):
     stop: Float[Array, ""] | None = parameter(
         "s", positive=True, optional=True, default=None, kw_only=True
     )
+
+    @abc.abstractmethod
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        """All that it looks at, through `see`: a sweep keeps nothing else of a run."""
 
 
 def window_faults(measure: AbstractSignalMeasure) -> Iterator[str]:

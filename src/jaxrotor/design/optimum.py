@@ -220,7 +220,7 @@ def summed_up(
                 bool(np.max(np.abs(own)) > _ACTIVE),
             )  # fmt: skip
         )
-    u = jnp.asarray(found.u)
+    u = problem.within(jnp.asarray(found.u))
     values, start = (np.asarray(space.shown(space.values(x))) for x in (u, jnp.zeros(len(space))))
     return Optimum(
         machine=problem.machine(u),

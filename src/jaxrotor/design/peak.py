@@ -8,10 +8,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..errors import InputError
+from ..measure.sensor import AbstractSensor, Tachometer
 from ..parameter import known, parameter
-from ..solve.response import Response, StationResponse
+from ..solve.response import Response
 from .integral import mean
-from .measure import AbstractSignalMeasure, or_nan, span, window_faults, within
+from .measure import AbstractSignalMeasure, or_nan, see, span, window_faults, within
 
 
 def smooth_max(
@@ -79,9 +80,12 @@ class PeakValue(AbstractSignalMeasure):
     def unit(self) -> str:
         return self.sensor.unit
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         inside = within(self, response)
-        seen = self.sensor.signal(response)
+        seen = see(response, self.sensor)
         if self.about == "mean":
             seen = seen - mean(response.t, seen, *span(self, response))
         return _highest(seen, self.sharpness, inside)
@@ -116,9 +120,12 @@ class PassageAmplitude(AbstractSignalMeasure):
     def unit(self) -> str:
         return self.sensor.unit
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return self.sensor, Tachometer(self.speed_of)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         inside = within(self, response)
-        speed = jnp.abs(jax.lax.stop_gradient(_turning(response, self.speed_of).speed))
+        speed = jnp.abs(jax.lax.stop_gradient(see(response, Tachometer(self.speed_of))))
         passing = inside & (speed >= self.low) & (speed <= self.high)
         found, speeds, looked = known(passing), known(speed), known(inside)
         if found is not None and speeds is not None and looked is not None and not found.any():
@@ -127,14 +134,7 @@ class PassageAmplitude(AbstractSignalMeasure):
                 f"{known(self.low):g} and {known(self.high):g} rad/s: it lies between "
                 f"{speeds[looked].min():g} and {speeds[looked].max():g} rad/s"
             )
-        return _highest(self.sensor.signal(response), self.sharpness, passing)
-
-
-def _turning(response: Response, name: str) -> StationResponse:
-    found = response[name]
-    if not isinstance(found, StationResponse):
-        raise InputError(f"`{name}`: is no station, it has no speed: name a rotor or a driven end")
-    return found
+        return _highest(see(response, self.sensor), self.sharpness, passing)
 
 
 def _sharpness_faults(sharpness):

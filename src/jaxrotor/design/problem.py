@@ -36,10 +36,12 @@ class Problem(eqx.Module):
     rows: tuple[Row, ...] = eqx.field(static=True)
     reverse: bool = eqx.field(static=True)
 
-    def machine(self, u: Float[Array, " n"]) -> Machine:
+    def within(self, u: Float[Array, " n"]) -> Float[Array, " n"]:
         tailed = np.array([kind in ("positive", "bounded") for kind in self.space.kinds])
-        u = jnp.where(tailed, jnp.clip(u, -_FAR, _FAR), u)
-        return self.space.placed(self.bench, u).machine
+        return jnp.where(tailed, jnp.clip(u, -_FAR, _FAR), u)
+
+    def machine(self, u: Float[Array, " n"]) -> Machine:
+        return self.space.placed(self.bench, self.within(u)).machine
 
     def judged(self, machine: Machine) -> list[Float[Array, " k"]]:
         """Each criterion as a vector: one entry, or one for each machine, peak, ... that counts."""

@@ -3,10 +3,11 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..measure.sensor import AbstractSensor
 from ..parameter import parameter
 from ..solve.response import Response
 from .integral import mean
-from .measure import AbstractSignalMeasure, or_nan, span, window_faults, within
+from .measure import AbstractSignalMeasure, or_nan, see, span, window_faults, within
 
 _END = 0.1  # of the window, whose mean is the final level
 
@@ -38,10 +39,13 @@ class SettlingTime(AbstractSignalMeasure):
     def unit(self) -> str:
         return "s"
 
+    def sensors(self) -> tuple[AbstractSensor, ...]:
+        return (self.sensor,)
+
     def __call__(self, response: Response) -> Float[Array, ""]:
         inside = within(self, response)
         start, stop = span(self, response)
-        t, seen = response.t, self.sensor.signal(response)
+        t, seen = response.t, see(response, self.sensor)
         level = self.level
         if level is None:
             level = mean(t, seen, stop - _END * (stop - start), stop)
