@@ -1,12 +1,14 @@
 """A quiet start-up: the ramp itself is designed, at equal time to reach the same speed.
 
-The two-rotor machine of Matyja & Łazarz (2014), its shafts damped a twentieth as much, is run up to
-1000 rad/s through its critical speed. The ramp is a spline of speed; its points are found by gradient for
-the smallest deflection of the main rotor on the way, while the drive may pull little harder than a cosine
-ramp of the same duration does. For several durations; beside them the cosine ramp and a ramp at constant
-acceleration.
+The two-rotor machine of Matyja & Łazarz (2014), its shafts damped 200 times less, is run up to 1000 rad/s
+through its critical speed. The ramp is a spline of speed; its points are found by gradient for the least
+torsional vibration (RMS of the twist about its moving mean), while the drive may pull little harder than a
+cosine ramp of the same duration does. Beside it the cosine ramp and a ramp at constant acceleration.
 
-    python experiments/quiet_startup.py [--out DIR] [--durations 1.5,2.5,4]
+What no ramp changes much is the deflection on the way: the housings damp it so well that the passage is all
+but a row of steady whirls. It is printed too.
+
+    python experiments/quiet_startup.py [--out DIR] [--durations 1,2]
 """
 
 import argparse
@@ -29,11 +31,12 @@ import jaxrotor as jr
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 from jaxrotor.study.written import save_figure
 
-SPEED, BETA = 1000.0, 1e-4  # rad/s, s
+SPEED, BETA = 1000.0, 1e-5  # rad/s, s
 POINTS = 9  # of the spline, the two ends among them
-T_END, RATE = 5.0, 1000.0
+T_END, RATE, STEP = 3.0, 1000.0, 1.25e-4
 DEFLECTION = jr.Radial("main")
 TORQUE = jr.DriveTorque("end")
+RMS = jr.RootMeanSquare(jr.Twist("main", "end"), moving=0.03)
 SHARPNESS = 100.0  # of the smooth maximum that is designed with; what is told is the exact one
 
 
@@ -48,13 +51,12 @@ def machine(duration: float, speeds) -> jr.Machine:
     return line(BETA, jr.PrescribedSpin(jr.SpeedSpline(times, speeds)), {})
 
 
-RUN = jr.Transient(T_END, RATE)
+RUN = jr.Transient(T_END, RATE, step=STEP)
 
 
-def judged(m: jr.Machine) -> tuple[float, float]:
-    """Largest deflection (m) and drive torque (N·m)."""
-    r = jr.simulate(m, T_END, RATE)
-    return float(jr.PeakValue(DEFLECTION)(r)), float(jr.PeakValue(TORQUE)(r))
+def judged(r: jr.Response) -> tuple[float, float, float]:
+    """RMS twist (rad), largest drive torque (N·m) and deflection (m)."""
+    return float(RMS(r)), float(jr.PeakValue(TORQUE)(r)), float(jr.PeakValue(DEFLECTION)(r))
 
 
 def designed(duration: float, allowed: float, progress: bool | None = None) -> jr.Optimum:
@@ -64,9 +66,9 @@ def designed(duration: float, allowed: float, progress: bool | None = None) -> j
     return jr.optimize(
         start,
         points,
-        RUN.measure(jr.PeakValue(DEFLECTION, sharpness=SHARPNESS)),
+        RUN.measure(RMS),
         [RUN.measure(jr.PeakValue(TORQUE, sharpness=SHARPNESS)) <= 1.15 * allowed],
-        iterations=60,
+        iterations=50,
         tolerance=1e-4,
         progress=progress,
     )
@@ -80,11 +82,11 @@ def draw(runs: dict[str, jr.Response], duration: float):
         kwargs = dict(color=colour, linestyle=style, label=name)
         axes[0, 0].plot(r.t, r["end"].speed, linewidth=1.4, **kwargs)
         axes[1, 0].plot(r.t, jnp.gradient(r["end"].speed, r.t), linewidth=1.2, **kwargs)
-        axes[2, 0].plot(r.t, 1e3 * DEFLECTION.signal(r), linewidth=0.6, **kwargs)
+        axes[2, 0].plot(r.t, np.degrees(RMS.sensor.signal(r)), linewidth=0.6, **kwargs)
         axes[3, 0].plot(r.t, TORQUE.signal(r), linewidth=0.6, **kwargs)
     label(axes[0, 0], "", "speed, rad/s", f"The same speed in the same {duration:g} s")
     label(axes[1, 0], "", "acceleration, rad/s²")
-    label(axes[2, 0], "", "deflection of main, mm")
+    label(axes[2, 0], "", "twist main to drive, deg")
     label(axes[3, 0], "time, s", "drive torque, N·m")
     axes[3, 0].set_xlim(0, 1.3 * duration)
     legend(axes[0, 0], loc="lower right")
@@ -96,37 +98,32 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, default=Path("results/quiet_startup"))
-    parser.add_argument(
-        "--durations", default="1.5,2.5,4", help="s, between commas (default: 1.5,2.5,4)"
-    )
+    parser.add_argument("--durations", default="1,2", help="s, between commas (default: 1,2)")
     given = parser.parse_args()
     durations = [float(x) for x in given.durations.split(",")]
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
-    print("duration  ramp                   deflection  drive torque")
+    print("duration  ramp                       RMS twist  drive torque  deflection")
     table = []
     for duration in tqdm(durations, "durations", leave=False):
-        rows = {}
-        for name, speeds in shapes(duration).items():
-            rows[name] = machine(duration, speeds)
-        _, allowed = judged(rows["cosine"])
-        found = designed(duration, allowed)
-        rows["designed"] = found.machine
-        for name, m in rows.items():
-            peak, torque = judged(m)
-            table.append((duration, name, peak, torque))
-            tqdm.write(f"{duration:6.3g} s  {name:21}  {1e3 * peak:7.4f} mm  {torque:8.3f} N·m")
-        runs = {name: jr.simulate(m, T_END, RATE) for name, m in rows.items()}
+        machines = {name: machine(duration, speeds) for name, speeds in shapes(duration).items()}
+        runs = {name: jr.simulate(m, T_END, RATE, step=STEP) for name, m in machines.items()}
+        found = designed(duration, judged(runs["cosine"])[1])
+        runs["designed"] = jr.simulate(found.machine, T_END, RATE, step=STEP)
+        for name, r in runs.items():
+            rms, torque, deflection = judged(r)
+            table.append((duration, name, rms))
+            tqdm.write(
+                f"{duration:6.3g} s  {name:21}  {np.degrees(rms):9.5f} deg  {torque:8.3f} N·m  "
+                f"{1e3 * deflection:7.4f} mm"
+            )
         save_figure(draw(runs, duration), given.out / f"ramp_{duration:g}s.png")
         found.save(given.out / f"optimum_{duration:g}s.json")
     fig, axes = figure(1, 1, (6.5, 4.2))
-    for name, colour in zip(
-        ("cosine", "constant acceleration", "designed"), (GREY, *COLOURS[1::-1])
-    ):
-        own = [(d, 1e3 * p) for d, n, p, _ in table if n == name]
-        axes[0, 0].plot(*zip(*own), "o-", color=colour, label=name)
-    label(axes[0, 0], "time to reach the speed, s", "largest deflection of main, mm")
-    axes[0, 0].set_ylim(bottom=0)
+    for name, colour in zip(runs, (GREY, COLOURS[1], COLOURS[0])):
+        own = [(d, np.degrees(rms)) for d, n, rms in table if n == name]
+        axes[0, 0].semilogy(*zip(*own), "o-", color=colour, label=name)
+    label(axes[0, 0], "time to reach the speed, s", "RMS twist about its moving mean, deg")
     legend(axes[0, 0])
     save_figure(fig, given.out / "durations.png")
     print(f"{time.perf_counter() - began:.0f} s in all; figures in {given.out}/")

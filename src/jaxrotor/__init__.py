@@ -222,3 +222,6 @@ from .solve.response import Response as Response
 from .solve.simulate import simulate as simulate
 from .solve.state import State as State
 from .study import Study as Study, load as load
+from .sweep.cases import Cases as Cases
+from .sweep.outputs import OverSpeed as OverSpeed, TimeSeries as TimeSeries
+from .sweep.sweep import sweep as sweep

@@ -5,6 +5,7 @@ refuses forward mode and its forward adjoint refuses reverse mode. With the inst
 scan takes derivatives in both.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,7 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from .exponential import AbstractExponential
@@ -28,13 +30,16 @@ def march(
     state: Any,
     every: int = 0,
     ticks: tuple[Callable[[Any, Array, Array], Array], Bool[Array, "n clocks"]] | None = None,
-) -> Float[Array, "n d"]:
+    watch: Callable[[Float[Array, " b"], Float[Array, "b d"]], Any] | None = None,
+) -> Any:
     """The states at the `knots`, the first being `y0`.
 
     `jumps[i]` says that the force jumps at `knots[i]`, so that the step from there starts afresh.
     `state` is what the solver's `init` gave; only its memory is carried, for in reverse mode each carried
     array is kept at every step. A progress bar is told of `every` so many steps. `ticks`: what changes
     the state at knots where some clock is due, and when each is; what is returned is the state behind it.
+    `watch`: what is kept of a block of instants and states, of all of them in turn, in place of the states;
+    then only the states between blocks are held, and in reverse mode two levels of them.
     """
     due = None
     if ticks is not None:
@@ -56,5 +61,25 @@ def march(
 
     intervals = jnp.arange(knots.shape[0] - 1)
     xs = (knots[:-1], knots[1:], jumps[:-1], intervals, None if due is None else due[1:])
-    _, ys = jax.lax.scan(body, (y0, state.memory), xs)
-    return jnp.concatenate([y0[None], ys])
+    begin = (y0, state.memory)
+    if watch is None:
+        _, ys = jax.lax.scan(body, begin, xs)
+        return jnp.concatenate([y0[None], ys])
+    # whole blocks: beyond the end the last interval is gone through again and again, and left out
+    count = intervals.size
+    length = max(1, round(math.sqrt(count)))
+    rows = -(-count // length)
+    at = np.minimum(np.arange(rows * length), count - 1).reshape(rows, length)
+
+    @jax.checkpoint
+    def block(carry, xs):
+        carry, ys = jax.lax.scan(body, carry, xs)
+        return carry, watch(xs[1], ys)
+
+    _, kept = jax.lax.scan(block, begin, jax.tree.map(lambda x: x[at], xs))
+    first = watch(knots[:1], y0[None])
+
+    def joined(start, rest):
+        return jnp.concatenate([start, rest.reshape(-1, *rest.shape[2:])[:count]])
+
+    return jax.tree.map(joined, first, kept)

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Literal
+from typing import Any, Literal
 
 import diffrax
 import equinox as eqx
@@ -254,9 +254,20 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
 
 
 def march_samples(
-    solver, A, terms, samples, jumps, y0, system, every=0, ticking: Ticking | None = None
-) -> Float[Array, "nt d"]:
-    """The states at the samples by an exponential solver, with everything it needs prepared."""
+    solver,
+    A,
+    terms,
+    samples,
+    jumps,
+    y0,
+    system,
+    every=0,
+    ticking: Ticking | None = None,
+    watch=None,
+    own=False,
+) -> Any:
+    """The states at the samples by an exponential solver, with everything it needs prepared; or what `watch`
+    keeps of them. `own`: a linear part that the solver brings along is one of `jacobian`."""
     coarse = samples.shape[0]
     if ticking is not None:
         samples = ticking.fine(samples)
@@ -265,7 +276,7 @@ def march_samples(
         every *= ticking.refine
     at = knots(samples, jumps)
     # of our own A the leading rows, rates of the coordinates, are all there is
-    rows = n_free(system) if solver.linear_part is None else 0
+    rows = n_free(system) if solver.linear_part is None or own else 0
     if isinstance(solver, ETD4RK):
         solver = ETD4RK(solver.substeps, A, at.lengths, rows)
     else:
@@ -275,5 +286,6 @@ def march_samples(
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
-    found = march(solver, terms, at.times, at.jumps, y0, system, state, every, ticks)[at.samples]
-    return found if ticking is None else found[:: ticking.refine][:coarse]
+    found = march(solver, terms, at.times, at.jumps, y0, system, state, every, ticks, watch)
+    wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
+    return jax.tree.map(lambda x: x[wanted], found)

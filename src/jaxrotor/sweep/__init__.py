@@ -1,0 +1,1 @@
+"""Sweeps: one machine many times over, in batches."""
