@@ -112,7 +112,7 @@ def main() -> None:
             price = np.degrees(one.constraints[0].price)
             gain = f"{price:+.4f} deg for one more N·m"
             print(f"{name:9} {x:6.3f} N·m RMS: {y:.4f} deg RMS, {gain}; {one.stopped}")
-        ax.loglog(effort, rms, mark + "-", color=colour, label=name)
+        ax.semilogy(effort, rms, mark + "-", color=colour, label=name)
     label(ax, "effort: RMS torque of the actuator, N·m", "RMS twist about its moving mean, deg")
     legend(ax)
     save_figure(fig, given.out / "pareto.png")

@@ -224,4 +224,5 @@ from .solve.state import State as State
 from .study import Study as Study, load as load
 from .sweep.cases import Cases as Cases
 from .sweep.outputs import OverSpeed as OverSpeed, TimeSeries as TimeSeries
+from .sweep.sensitivity import local_slopes as local_slopes, sobol_indices as sobol_indices
 from .sweep.sweep import sweep as sweep

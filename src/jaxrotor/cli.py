@@ -1,4 +1,4 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize|sweep STUDY.toml`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -64,7 +64,7 @@ what `run` writes:
   *.png          the figures
 
 exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
-what was computed before is kept; 130 interrupted, nothing was kept.
+what was computed before is kept; 130 interrupted, nothing was kept (but by `sweep`: see --resume).
 """
 
 _OPTIMIZE = """\
@@ -96,6 +96,42 @@ what it writes:
   history.png              the search
   before_after.png         what the sensors see, before and after (with measures of a run)
   response.png             the response over frequency, before and after (with ResponsePeaks)
+"""
+
+_SWEEP = """\
+The section says which parameters scatter, or which values they take, and what to keep of each run, which
+is that of [simulation]:
+
+  [sweep]
+  count = 256                          how many cases; powers of two cover best
+  method = "sobol"                     or "latin", "random"; "saltelli" tells shares of the variance apart
+  seed = 0
+
+  [[sweep.parameters]]
+  path = "main.unbalance.eccentricity"
+  distribution = { kind = "uniform", low = "0.1 mm", high = "0.6 mm" }
+  also = { "second.unbalance.eccentricity" = 0.1 }     optional: follows, by a factor
+
+  [sweep.outputs.peak]
+  kind = "PeakValue"
+  sensor = { kind = "Radial", station = "main" }
+  at_most = "0.5 mm"                   optional: the share of cases within it is told
+
+Distributions: uniform (low, high), normal (mean, std, and low, high to cut it), lognormal (median, sigma
+of the logarithm), triangular (low, mode, high). Correlated ones: [[sweep.correlations]] with two paths
+and a value. Where all parameters have values = ["1 s", "2 s"] instead, or from, to and points, every
+combination is run. [sweep.table] with file and units reads the cases from a file.
+
+Outputs: measures as in [optimize] (PeakValue, PassageAmplitude, ResponsePeaks, ...), an OverSpeed (the
+largest value within ranges of speed; edges = { from = "0 rpm", to = "3000 rpm", points = 31 }), a
+TimeSeries.
+
+what it writes:
+  sweep.zarr          all cases, parameters and outputs, chunk by chunk as they are run; xarray.open_zarr
+                      reads it, while it grows too. Stop it any time: --resume goes on
+  summary.json        percentiles, shares within limits, what matters, which cases failed and why
+  distributions.png   histograms and shares; scatter.png: outputs over parameters; sensitivity.png: what
+                      matters; lines.png, map.png: of a grid; <output>.png: percentiles over speed or time
 """
 
 
@@ -187,6 +223,19 @@ def parser() -> argparse.ArgumentParser:
     )
     best.add_argument("--quiet", action="store_true", help="no progress bar, no table")
     best.add_argument("--force", action="store_true", help="write into a folder in use")
+    many = command(
+        "sweep",
+        "run a machine many times over, with scatter or on a grid, as [sweep] in the study asks",
+    )
+    many.epilog = _SWEEP
+    many.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_sweep)"
+    )
+    many.add_argument("--resume", action="store_true", help="go on with a sweep that was stopped")
+    many.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    many.add_argument(
+        "--force", action="store_true", help="write into a folder in use, over a stopped sweep too"
+    )
     return top
 
 
@@ -211,6 +260,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "response": _response,
             "identify": _identify,
             "optimize": _optimize,
+            "sweep": _sweep,
         }
         return commands[given.command](given)
     except InputError as error:
@@ -219,8 +269,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if len(error.problems) > 1:
             print(f"{len(error.problems)} problems; nothing was run.", file=sys.stderr)
         return INPUT
-    except KeyboardInterrupt:
-        print("\nInterrupted: nothing was written.", file=sys.stderr, flush=True)
+    except KeyboardInterrupt as stopped:
+        print(
+            f"\nInterrupted: {str(stopped) or 'nothing was written'}.", file=sys.stderr, flush=True
+        )
         if arguments is None:
             # Compiled code runs on in threads, and an orderly exit would wait for its end.
             os._exit(INTERRUPTED)
@@ -337,6 +389,12 @@ def _optimize(given: argparse.Namespace) -> int:
     from .study.optimized import run_optimize
 
     return run_optimize(_load(given.study), given.out, given.quiet, given.force)
+
+
+def _sweep(given: argparse.Namespace) -> int:
+    from .study.swept import run_sweep
+
+    return run_sweep(_load(given.study), given.out, given.resume, given.quiet, given.force)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import Any
 from .errors import InputError
 
 # What tells a folder of ours from one that holds something else; the summary is moved in last.
-MARKERS = ("response.nc", "summary.json")
+MARKERS = ("response.nc", "sweep.zarr", "summary.json")
 
 
 @contextmanager

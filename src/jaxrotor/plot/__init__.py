@@ -20,5 +20,13 @@ from .maps import interference_diagram as interference_diagram, support_map as s
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration
 from .paths import distances as distances, trajectories as trajectories
 from .response import bode as bode, polar as polar
+from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars
 from .shapes import mode_shapes as mode_shapes
+from .sweep import (
+    distributions as distributions,
+    grid_lines as grid_lines,
+    grid_map as grid_map,
+    grid_over as grid_over,
+    percentile_bands as percentile_bands,
+)
 from .torsion import differences as differences, spectrum as spectrum, torques as torques

@@ -7,6 +7,7 @@ import numpy as np
 
 # Between the points of a path that is made dense.
 _STEP = 0.01
+_TURNS = {"rad/s": (30 / np.pi, "rpm"), "rad": (180 / np.pi, "°")}
 
 
 def number(x: float) -> str:
@@ -91,3 +92,24 @@ class Room:
 
 def _inside(offsets: Any, half: complex) -> Any:
     return (np.abs(np.real(offsets)) < half.real) & (np.abs(np.imag(offsets)) < half.imag)
+
+
+def readable(unit: str, values: Any) -> tuple[float, str]:
+    """By what to multiply SI values to read them well, and their unit then: speeds in rpm, angles in degrees,
+    lengths in mm or µm as they need."""
+    from .design import _prefixed
+
+    if unit in _TURNS:
+        return _TURNS[unit]
+    sizes = np.abs(np.asarray(values, float))
+    top = float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
+    # a prefix before kilograms, or before a power (mm² for 1e-3 m²), would mislead
+    head = unit.lstrip("(").split("/")[0].split("*")[0]
+    if head.startswith("kg") or unit[len(head) :].startswith("**") or "^" in head:
+        return 1.0, _dots(unit)
+    size, words = _prefixed(unit, top)
+    return size, _dots(words)
+
+
+def _dots(unit: str) -> str:
+    return unit.replace("**2", "²").replace("^2", "²").replace("^3", "³").replace("*", "·")

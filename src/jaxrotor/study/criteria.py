@@ -5,28 +5,17 @@ import operator
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
-import jax.numpy as jnp
-from jaxtyping import Array
-
 from ..design.criterion import Constraint, Criterion
 from ..design.experiment import AsBuilt, Transient
-from ..design.machine_measures import AbstractMachineMeasure, unit_on
-from ..design.measure import AbstractMeasure, AbstractSignalMeasure, within
-from ..errors import InputError
-from ..machine.field import initial_states, n_free
+from ..design.measure import AbstractMeasure
 from ..machine.machine import Machine
-from ..machine.system import assemble
-from ..measure.quantities import Signal
-from ..solve.response import Response, RunInfo
 from ..units import read, shown
-from .build import FAILED, Context, build_element
+from .build import FAILED
 from .faults import Faults
-from .kinds import find_kind, public_kinds
-from .quantities import quantities
+from .kinds import public_kinds
+from .measures import MEASURES, build_measure, unit_seen
 from .settings import Simulation
 
-_BASES = (AbstractMeasure, AbstractMachineMeasure)
 _LIMITS = {"at_most": operator.le, "at_least": operator.ge, "equal_to": Criterion.equal_to}
 _OVER = ("worst", "mean")
 
@@ -118,7 +107,7 @@ class CriteriaReader:
         measure = self._measure(table.get("measure"), place)
         if measure is FAILED:
             return None, ""
-        unit = self._looks(measure, place)
+        unit = unit_seen(measure, place, self.machine, self.settings, self.faults)
         if unit is None:
             return None, ""
         if isinstance(measure, AbstractMeasure):
@@ -128,53 +117,13 @@ class CriteriaReader:
 
     def _measure(self, table: Any, place: str) -> Any:
         if not isinstance(table, dict) or "kind" not in table:
-            listed = ", ".join(public_kinds(_BASES))
+            listed = ", ".join(public_kinds(MEASURES))
             given = "is missing" if table is None else f"must be a table, but is {shown(table)}"
             given = "has no kind" if isinstance(table, dict) else given
             self.faults.add(
                 place, f'measure {given}: write measure = {{ kind = "...", ... }}, one of {listed}'
             )
             return FAILED
-        table = dict(table)
-        kind = table.pop("kind")
-        cls = find_kind(kind, _BASES, place, self.faults, self.folder, "measure.")
-        if cls is None:
-            return FAILED
-        context = Context(self.faults, place, self.folder, prefix="measure.")
-        measure = build_element(cls, table, context)
-        return measure if measure is FAILED else self._with_unit(measure)
-
-    def _with_unit(self, measure: Any) -> Any:
-        """The unit of an element's signal is known to the machine."""
-        sensor = getattr(measure, "sensor", None)
-        if type(sensor) is not Signal or sensor.unit:
-            return measure
-        unit = quantities(self.machine).get(sensor.element, {}).get(sensor.name, "")
-        return dataclasses.replace(measure, sensor=dataclasses.replace(sensor, unit=unit))
-
-    def _looks(self, measure: Any, place: str) -> str | None:
-        """Whether it finds what it looks at: by shapes alone, nothing runs. Its unit, or None."""
-        try:
-            if isinstance(measure, AbstractMeasure):
-                return _seen(measure, self.machine, self.settings)
-            eqx.filter_eval_shape(measure, self.machine)
-            return unit_on(measure, self.machine)
-        except InputError as error:
-            self.faults.sentences += [f"`{place}`: {p}" for p in error.problems]
-            return None
-
-
-def _seen(measure: AbstractMeasure, machine: Machine, settings: Simulation) -> str:
-    """The unit of a measure that can look at the run; raises `InputError`."""
-    t = jnp.array([0.0, 0.5, 1.0]) * settings.t_end
-
-    def run(machine: Machine, t: Array) -> Response:
-        system = assemble(machine)
-        size = 2 * n_free(system) + initial_states(system).size
-        return Response(machine, t, jnp.zeros((t.size, size)), RunInfo("none"))
-
-    if isinstance(measure, AbstractSignalMeasure):
-        ends = jnp.linspace(0.0, settings.t_end, 1 + round(settings.t_end * settings.sample_rate))
-        within(measure, Response(machine, ends, jnp.zeros((ends.size, 0)), RunInfo("none")))
-    eqx.filter_eval_shape(lambda m, t: measure(run(m, t)), machine, t)
-    return measure.unit
+        return build_measure(
+            table, place, self.machine, self.folder, self.faults, prefix="measure."
+        )

@@ -21,6 +21,8 @@ def save_study(study: Study, machine: Machine, paths: Iterable[str], target: Pat
         raise InputError("the study was not read from a file: there is none to write anew")
     document = read_document(study.path, "[machine]")
     document.pop("identify", None)  # its records lie beside the file that was read
+    if "table" in document.get("sweep", {}):
+        document.pop("sweep")  # as its table does
     for path in paths:
         _put(document, path, machine, study)
     with written_whole(target) as part:

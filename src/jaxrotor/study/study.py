@@ -24,14 +24,15 @@ _SECTIONS = (
     "figures",
     "identify",
     "optimize",
+    "sweep",
 )
 
 
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `settings` are those of the simulation, in SI; `figures` are drawn beside
-    those that `report` chooses; `identify` and `optimize` are what the commands of these names are asked
-    for; `path` is the file."""
+    those that `report` chooses; `identify`, `optimize` and `sweep` are what the commands of these names
+    are asked for; `path` is the file."""
 
     machine: Machine
     settings: Simulation
@@ -42,6 +43,7 @@ class Study:
     path: Path | None = None
     identify: Any = None
     optimize: Any = None
+    sweep: Any = None
 
     @property
     def name(self) -> str:
@@ -94,7 +96,7 @@ def load(path: str | Path) -> Study:
 
 
 def _asked(document: dict, machine: Machine, settings: Simulation, path: Path) -> dict[str, Any]:
-    """The sections [identify] and [optimize], where there are any."""
+    """The sections [identify], [optimize] and [sweep], where there are any."""
     folder, asked, sentences = path.resolve().parent, {}, []
     try:
         if "identify" in document:
@@ -108,6 +110,13 @@ def _asked(document: dict, machine: Machine, settings: Simulation, path: Path) -
             from .optimize import read_optimize
 
             asked["optimize"] = read_optimize(document["optimize"], machine, settings, folder)
+    except InputError as error:
+        sentences += error.problems
+    try:
+        if "sweep" in document:
+            from .sweep import read_sweep
+
+            asked["sweep"] = read_sweep(document["sweep"], machine, settings, folder)
     except InputError as error:
         sentences += error.problems
     if sentences:

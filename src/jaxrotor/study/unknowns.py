@@ -40,13 +40,7 @@ def read_unknown(
                 faults.add(place, f"{key} must be two quantities, but is {shown(pair)}")
                 continue
             values[key] = tuple(read_quantity(x, unit, f"{place}: {key}", faults) for x in pair)
-    also = table.get("also", {})
-    if not isinstance(also, dict) or not all(isinstance(x, (int, float)) for x in also.values()):
-        faults.add(
-            place,
-            f'also must be a table such as {{ "right.stiffness" = 1.0 }}, but is {shown(also)}',
-        )
-        also = {}
+    also = read_also(table, place, faults)
     for key in ("positive", "circular"):
         if not isinstance(table.get(key, False), bool):
             faults.add(place, f"{key} must be true or false, but is {shown(table[key])}")
@@ -54,9 +48,24 @@ def read_unknown(
         path,
         positive=table.get("positive", False) is True,
         circular=table.get("circular", False) is True,
-        also={k: float(v) for k, v in also.items()},
+        also=also,
         **values,
     )
+
+
+def read_also(table: dict, place: str, faults: Faults) -> dict[str, float]:
+    """Path -> factor of the parameters that follow one."""
+    also = table.get("also", {})
+    numbers = isinstance(also, dict) and all(
+        isinstance(x, (int, float)) and not isinstance(x, bool) for x in also.values()
+    )
+    if not numbers:
+        faults.add(
+            place,
+            f'also must be a table such as {{ "right.stiffness" = 1.0 }}, but is {shown(also)}',
+        )
+        return {}
+    return {path: float(factor) for path, factor in also.items()}
 
 
 def _unit(path: str, bench: Bench, lists: bool) -> str:

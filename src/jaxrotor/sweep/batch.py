@@ -7,6 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 
 from ..design.measure import Seen
@@ -15,12 +16,12 @@ from ..machine.field import jacobian, vector_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
 from ..solve.adaptive import adaptive_samples, tolerances
-from ..solve.checks import initial_speed
+from ..solve.checks import _STEADY_GAP, initial_speed
 from ..solve.exponential import ETD4RK, ExponentialAdams
 from ..solve.grid import Grid, Ticking
 from ..solve.response import Response, RunInfo
 from ..solve.simulate import march_samples, start
-from .outputs import all_sensors, evaluated, needs_run, needs_states
+from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
 
 
 class Setup(eqx.Module):
@@ -35,6 +36,7 @@ class Setup(eqx.Module):
     linear: Float[Array, "d d"] | None
     linearised_at: Float[Array, ""]
     numbers: Float[Array, "2"]  # rtol, atol
+    step: Float[Array, ""] | None  # of other solvers, fixed, s
     interval: Float[Array, ""]
     count: int = eqx.field(static=True)  # samples
     grid: Grid | None = eqx.field(static=True)
@@ -51,14 +53,30 @@ def placed(machine: Machine, values: dict[str, Any]) -> Machine:
     return Bench(machine, {}).set(values).machine
 
 
-def member(setup: Setup, values: dict[str, Float[Array, ""]]) -> Outcome:
-    """One machine of the sweep."""
+def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d"]:
+    """The state from which one machine starts."""
+    machine = placed(setup.machine, values)
+    speed = initial_speed(machine, setup.initial, setup.speed)
+    y0, missed = start(machine, assemble(machine), setup.initial, speed)
+    if isinstance(setup.initial, str) and setup.initial == "steady":
+        y0 = jnp.where(missed < _STEADY_GAP, y0, jnp.nan)
+    return y0
+
+
+def member(
+    setup: Setup, values: dict[str, Float[Array, ""]], y0: Float[Array, " d"] | None = None
+) -> Outcome:
+    """One machine of the sweep. `y0`: where it starts, if that is known."""
     machine = placed(setup.machine, values)
     if not any(needs_run(one) for one in setup.outputs.values()):
         return Outcome(evaluated(setup.outputs, None, machine), jnp.array(-1))
     samples = jnp.arange(setup.count) * setup.interval
+
+    def start_state():
+        return begun(setup, values) if y0 is None else y0
+
     if needs_states(setup.outputs):
-        y = _states(setup, machine, samples, None)
+        y = _states(setup, machine, samples, None, start_state())
         response: Any = Response(machine, samples, y, RunInfo("sweep"))
         fine = jnp.isfinite(y).all(axis=1)
         return _told(setup, machine, response, fine)
@@ -69,7 +87,7 @@ def member(setup: Setup, values: dict[str, Float[Array, ""]]) -> Outcome:
         signals = tuple(sensor.signal(seen) for sensor in sensors)
         return signals, jnp.isfinite(y).all(axis=1)
 
-    signals, fine = _states(setup, machine, samples, watch)
+    signals, fine = _states(setup, machine, samples, watch, start_state())
     return _told(setup, machine, Seen(samples, sensors, signals), fine)
 
 
@@ -78,17 +96,21 @@ def _told(setup: Setup, machine: Machine, seen: Any, fine: Bool[Array, " nt"]) -
     values = evaluated(setup.outputs, seen, machine)
     # series keep what they had; a number of half a run would mislead
     whole = {
-        name: jnp.where((failed < 0) | (value.ndim > 0), value, jnp.nan)
+        name: jnp.where(_sound(setup.outputs[name], failed, value), value, jnp.nan)
         for name, value in values.items()
     }
     return Outcome(whole, failed)
 
 
-def _states(setup: Setup, machine: Machine, samples: Array, watch) -> Any:
+def _sound(output: Any, failed: Array, value: Array) -> Array:
+    if not isinstance(output, TimeSeries):
+        return failed < 0
+    return (failed < 0) | (jnp.arange(value.shape[0]) * output.every < failed)
+
+
+def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) -> Any:
     """The states at the samples, or what `watch` keeps of them."""
     system = assemble(machine)
-    speed = initial_speed(machine, setup.initial, setup.speed)
-    y0, _ = start(machine, system, setup.initial, speed)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
     jumps = jump_times(machine)
     ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, y0.size)
@@ -98,11 +120,21 @@ def _states(setup: Setup, machine: Machine, samples: Array, watch) -> Any:
         if A is None:
             A = jacobian(assemble(machine, nominal=True), setup.linearised_at)
         return march_samples(
-            solver, A, terms, samples, jumps, y0, system, 0, ticking, watch, own=True
+            solver,
+            A,
+            terms,
+            samples,
+            jumps,
+            y0,
+            system,
+            0,
+            ticking,
+            watch,
+            own=solver.linear_part is None,
         )
     relative, absolute = tolerances(system, setup.numbers[0], setup.numbers[1])
     y, _ = adaptive_samples(
-        solver, terms, samples, jumps, y0, system, relative, absolute, ticking=ticking
+        solver, terms, samples, jumps, y0, system, relative, absolute, setup.step, ticking=ticking
     )  # fmt: skip
     return y if watch is None else watch(samples, y)
 
@@ -111,6 +143,43 @@ def _states(setup: Setup, machine: Machine, samples: Array, watch) -> Any:
 def run_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Outcome:
     """All machines of a batch at once."""
     return jax.vmap(lambda own: member(setup, own))(values)
+
+
+@eqx.filter_jit
+def _begun_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Float[Array, "b d"]:
+    return jax.vmap(lambda own: begun(setup, own))(values)
+
+
+@eqx.filter_jit
+def _run_sharded(setup: Setup, values, y0, mesh: Mesh) -> Outcome:
+    arrays, rest = eqx.partition(setup, eqx.is_array)
+
+    def share(arrays, values, y0):
+        return jax.vmap(lambda own, y: member(eqx.combine(arrays, rest), own, y))(values, y0)
+
+    rows = PartitionSpec(mesh.axis_names[0])
+    return jax.shard_map(
+        share, mesh=mesh, in_specs=(PartitionSpec(), rows, rows), out_specs=rows, check_vma=False
+    )(arrays, values, y0)
+
+
+def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh) -> Outcome:
+    """The same with the batch divided among devices, each of which runs a program of its own.
+
+    Split by the compiler instead, loops would ask all devices whether one of them goes on. The starts are
+    found on one device: batched LAPACK calls of several devices of one processor wait for each other for ever
+    (docs/solving.md).
+    """
+    y0 = jnp.zeros((next(iter(values.values())).size, 0))
+    if any(needs_run(one) for one in setup.outputs.values()):
+        y0 = _begun_batch(setup, values)
+    rows = NamedSharding(mesh, PartitionSpec(mesh.axis_names[0]))
+    return _run_sharded(setup, jax.device_put(values, rows), jax.device_put(y0, rows), mesh)
+
+
+def solves_in_its_field(machine: Machine) -> bool:
+    """Whether runs call LAPACK at every step: then devices of one processor cannot share a batch."""
+    return jax.eval_shape(assemble, machine).mass is not None
 
 
 @eqx.filter_jit

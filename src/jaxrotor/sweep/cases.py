@@ -10,6 +10,7 @@ from scipy import stats
 from ..errors import InputError
 
 Method = Literal["sobol", "latin", "random"]
+_TINY = float(np.finfo(float).eps)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -22,6 +23,11 @@ class Cases:
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
+        if not isinstance(self.values, Mapping):
+            raise InputError(
+                "cases: must be a mapping from paths to lists of numbers, such as "
+                f"{{'main.mass': [5.9, 6.1]}}, or Cases, but are {self.values!r}"
+            )
         values = {path: _column(path, value) for path, value in self.values.items()}
         object.__setattr__(self, "values", values)
         if not values:
@@ -40,6 +46,8 @@ class Cases:
     @classmethod
     def grid(cls, axes: Mapping[str, Any]) -> "Cases":
         """Every combination; the last axis runs fastest."""
+        if not isinstance(axes, Mapping):
+            raise InputError(f"axes: must be a mapping from paths to values, but are {axes!r}")
         named = {path: _column(path, value) for path, value in axes.items()}
         mesh = np.meshgrid(*named.values(), indexing="ij") if named else []
         values = {path: x.ravel() for path, x in zip(named, mesh)}
@@ -63,18 +71,27 @@ class Cases:
         correlations that no distribution has. Source: Nelsen, An Introduction to Copulas (2006).
         """
         count = _count(count)
+        if not isinstance(distributions, Mapping) or not distributions:
+            raise InputError(
+                "distributions: must be a mapping from paths to distributions, such as "
+                f"{{'main.mass': scipy.stats.norm(6.0, 0.1)}}, but are {distributions!r}"
+            )
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise InputError(f"seed must be a whole number, 0 at least, but is {seed!r}")
         for path, one in distributions.items():
-            if not hasattr(one, "ppf"):
+            # one that is not frozen has a `ppf` too, of its standard form
+            if not hasattr(one, "ppf") or isinstance(one, stats.rv_continuous | stats.rv_discrete):
                 raise InputError(
-                    f"`{path}`: must be a frozen distribution such as scipy.stats.norm(1.0, 0.1), but is {one!r}"
+                    f"`{path}`: must be a frozen distribution such as scipy.stats.norm(1.0, 0.1), "
+                    f"but is {one!r}"
                 )
         scores = _scores(len(distributions), count, method, seed)
         names = list(distributions)
         if correlations:
             scores = _correlated(scores, names, correlations)
-        values = {
-            path: distributions[path].ppf(stats.norm.cdf(z)) for path, z in zip(names, scores.T)
-        }
+        u = np.clip(stats.norm.cdf(scores), _TINY, 1 - _TINY)
+        with np.errstate(all="ignore"):  # what is not finite is told below
+            values = {path: distributions[path].ppf(one) for path, one in zip(names, u.T)}
         words = {"sobol": "Sobol points", "latin": "a Latin hypercube", "random": "random numbers"}
         return cls(values, f"{count} cases by {words[method]}, seed {seed}")
 
@@ -83,6 +100,8 @@ class Cases:
         for new, old in ties.items():
             if old not in self.values:
                 raise InputError(f"`{new}`: follows `{old}`, which is not swept")
+            if new in self.values:
+                raise InputError(f"`{new}`: is swept itself and cannot follow `{old}`")
         more = {new: self.values[old] for new, old in ties.items()}
         return dataclasses.replace(self, values=self.values | more)
 
@@ -120,18 +139,21 @@ def _scores(d: int, count: int, method: str, seed: int) -> np.ndarray:
         drawn = np.random.default_rng(seed).random((count, d))
     else:
         raise InputError(f'method must be "sobol", "latin" or "random", but is {method!r}')
-    tiny = np.finfo(float).eps
-    return stats.norm.ppf(np.clip(drawn, tiny, 1 - tiny))
+    return stats.norm.ppf(np.clip(drawn, _TINY, 1 - _TINY))
 
 
 def _correlated(scores: np.ndarray, names: Sequence[str], wanted: Mapping) -> np.ndarray:
-    R = np.eye(len(names))
+    R, told = np.eye(len(names)), {}
     for pair, r in wanted.items():
+        if not isinstance(pair, tuple) or len(set(pair)) != 2:
+            raise InputError(f"correlations: must be of pairs of two paths, but {pair!r} is none")
         for path in pair:
             if path not in names:
                 raise InputError(f"correlations: `{path}` is not swept")
-        if not -1 < r < 1:
+        if not isinstance(r, (int, float)) or not -1 < r < 1:
             raise InputError(f"correlations: {pair} must lie between -1 and 1, but is {r!r}")
+        if told.setdefault(frozenset(pair), r) != r:
+            raise InputError(f"correlations: {pair} is given twice, as {told[frozenset(pair)]} and {r}")
         i, j = (names.index(path) for path in pair)
         R[i, j] = R[j, i] = r
     if np.min(np.linalg.eigvalsh(R)) <= 0:

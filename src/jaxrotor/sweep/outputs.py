@@ -53,6 +53,10 @@ Output = AbstractMeasure | AbstractMachineMeasure | TimeSeries | OverSpeed
 
 def checked(outputs: Mapping[str, Any]) -> dict[str, Any]:
     """Bare sensors become whole series. Raises `InputError`."""
+    if not isinstance(outputs, Mapping):
+        raise InputError(
+            f"outputs: must be a mapping from names, such as {{'peak': PeakValue(Radial('main'))}}, but is {outputs!r}"
+        )
     found = {}
     for name, one in outputs.items():
         one = TimeSeries(one) if isinstance(one, AbstractSensor) else one

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,17 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError
+from .planning import Steps
 
 MARK = "jaxrotor_sweep"
+
+_WORDS = {
+    errno.ENOSPC: "the disk is full: make room, then resume",
+    errno.EDQUOT: "the quota is used up: make room, then resume",
+    errno.EACCES: "it may not be written to: choose another folder, or change its permissions",
+    errno.EPERM: "it may not be written to: choose another folder, or change its permissions",
+    errno.EROFS: "it lies on a read-only disk: choose another folder",
+}
 
 
 def _zarr():
@@ -29,59 +39,81 @@ class Store:
     written when the program died is written again."""
 
     def __init__(self, path: Path):
+        _zarr()
         self.path = path
         self.group: Any = None
 
     def exists(self) -> bool:
-        return (
-            self.path.exists() and any(self.path.iterdir())
-            if self.path.is_dir()
-            else self.path.exists()
-        )
+        def look():
+            return any(self.path.iterdir()) if self.path.is_dir() else self.path.exists()
+
+        return self._guarded(look)
 
     def open(self, fingerprint: dict[str, Any]) -> None:
         """An earlier one; refused where it is of something else."""
-        told = self._attributes()
-        if told.get(MARK) != json.dumps(fingerprint, sort_keys=True):
-            before = json.loads(told[MARK])
+        before = self._identity()
+        if before != fingerprint:
             parts = [k for k in fingerprint if before.get(k) != fingerprint[k]]
             raise InputError(
-                f"`{self.path}`: holds another sweep (its {', '.join(parts) or 'layout'} differ): choose another "
+                f"`{self.path}`: holds another sweep, of different {', '.join(parts) or 'layout'}: choose another "
                 "folder, or remove it"
             )
         self.group = self._guarded(lambda: _zarr().open_group(self.path, mode="r+"))
 
-    def _attributes(self) -> dict[str, Any]:
+    def _identity(self) -> dict[str, str]:
+        remedy = "choose another folder"
         try:
-            group = _zarr().open_group(self.path, mode="r")
-            found = dict(group.attrs)
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(
-                f"`{self.path}`: is no store of a sweep ({type(error).__name__}): choose another folder"
-            ) from None
-        if MARK not in found:
-            raise InputError(f"`{self.path}`: is no store of a sweep: choose another folder")
-        return found
+            found = dict(_zarr().open_group(self.path, mode="r").attrs)
+            return dict(json.loads(found[MARK]))
+        except PermissionError:
+            raise InputError(f"`{self.path}`: may not be read: {remedy}") from None
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"`{self.path}`: is no store of a sweep: {remedy}") from None
 
-    def create(self, layout: xr.Dataset, chunk: int, fingerprint: dict[str, Any]) -> None:
-        """From a dataset of the right shapes, whose values do not matter (NaN until they are computed)."""
-        zarr = _zarr()
+    def steps(self) -> tuple[Steps, int]:
+        """As they were planned when the store was made, and the size of its chunks."""
+        case, steps = (np.asarray(self.group[name]) for name in ("case", "steps_a_sample"))
+        substeps = np.zeros(int(case.max()) + 1, int)
+        substeps[case[case >= 0]] = steps[case >= 0]
+        attrs = dict(self.group.attrs)
+        size = case.size // self.group["done"].size
+        return Steps(substeps, attrs["linearised_at"], attrs["no_step"]), size
+
+    def create(
+        self, layout: xr.Dataset, results: dict[str, xr.Variable], fingerprint: dict[str, Any]
+    ) -> None:
+        """Made under another name: what has this one is whole."""
+        chunk = layout.sizes["case"] // layout.sizes["chunk"]
+        beside = self.path.with_name(self.path.name + ".being_made")
 
         def make():
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            encoding = {
-                name: {"chunks": (chunk, *array.shape[1:])}
-                for name, array in layout.data_vars.items()
-                if array.dims and array.dims[0] == "case"
-            }
-            encoding["done"] = {"chunks": (1,)}
+            if beside.exists():  # its maker died
+                shutil.rmtree(beside)
+            encoding = {"done": {"chunks": (1,)}}
             layout.attrs[MARK] = json.dumps(fingerprint, sort_keys=True)
-            layout.to_zarr(
-                self.path, mode="w-", encoding=encoding, consolidated=False, zarr_format=3
-            )
-            return zarr.open_group(self.path, mode="r+")
+            layout.to_zarr(beside, mode="w-", encoding=encoding, consolidated=False, zarr_format=3)
+            group = _zarr().open_group(beside, mode="r+")
+            for name, array in results.items():
+                group.create_array(
+                    name,
+                    shape=array.shape,
+                    dtype=array.dtype,
+                    chunks=(chunk, *array.shape[1:]),
+                    fill_value=np.nan,
+                    dimension_names=array.dims,
+                    attributes=array.attrs,
+                )
+            if self.path.is_dir():
+                self.path.rmdir()  # empty, or it would be opened
+            beside.rename(self.path)
+            return _zarr().open_group(self.path, mode="r+")
 
-        self.group = self._guarded(make)
+        try:
+            self.group = self._guarded(make)
+        except BaseException:
+            shutil.rmtree(beside, ignore_errors=True)
+            raise
 
     def missing(self) -> np.ndarray:
         return np.flatnonzero(np.asarray(self.group["done"]) == 0)
@@ -102,29 +134,28 @@ class Store:
         try:
             return act()
         except OSError as error:
-            words = {
-                errno.ENOSPC: "the disk is full: make room, then resume",
-                errno.EDQUOT: "the quota is used up: make room, then resume",
-                errno.EACCES: "it may not be written to: choose another folder, or change its permissions",
-                errno.EROFS: "it lies on a read-only disk: choose another folder",
-            }.get(error.errno or 0)
+            words = _WORDS.get(error.errno or 0)
             if words is None:
-                raise
-            raise InputError(f"`{self.path}`: {words}; what was written before is whole") from None
+                words = f"{error.strerror or error}: choose another folder"
+            begun = "; what was written before is whole" if self.group is not None else ""
+            raise InputError(f"`{self.path}`: {words}{begun}") from error
 
 
 class Kept:
     """The same in memory."""
 
-    def __init__(self, layout: xr.Dataset):
-        self.layout = layout
+    def __init__(self, layout: xr.Dataset, results: dict[str, xr.Variable]):
+        self.layout = layout.assign(
+            {name: array.copy(deep=True) for name, array in results.items()}
+        )
 
     def missing(self) -> np.ndarray:
-        return np.arange(self.layout.sizes["chunk"])
+        return np.flatnonzero(self.layout["done"].values == 0)
 
     def write(self, number: int, rows: slice, values: dict[str, np.ndarray]) -> None:
         for name, value in values.items():
             self.layout[name].values[rows] = value
+        self.layout["done"].values[number] = 1
 
     def dataset(self) -> xr.Dataset:
         return self.layout

@@ -1,0 +1,106 @@
+"""Pictures of what matters in a sweep: points over parameters, bars of their weight."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from ..sweep.statistics import numbers_of
+from .style import COLOURS, GREY, figure, label, legend
+from .sweep import quantity_label
+
+# Panels beyond which nothing is read any more.
+_COLUMNS, _ROWS = 7, 8
+_SHOWN = 4000
+
+
+def scatter_matrix(
+    found: xr.Dataset,
+    paths: Sequence[str],
+    names: Sequence[str],
+    ranks: xr.Dataset | None = None,
+    limits: Mapping[str, Any] | None = None,
+) -> Figure:
+    """Each output that is one number over each parameter, a point for each case. `ranks`: of
+    `rank_regression`: its correlations of ranks are printed, and order the parameters."""
+    limits, numbers = limits or {}, dict(list(numbers_of(found, names).items())[:_ROWS])
+    chosen = list(paths)
+    if ranks is not None:
+        weight = np.abs(ranks["correlation"]).max("output").to_series()
+        chosen.sort(key=lambda p: -weight[p])
+    left_out, chosen = chosen[_COLUMNS:], chosen[:_COLUMNS]
+    size = (1.4 + 2.6 * len(chosen), 1.0 + 2.2 * len(numbers))
+    fig, axes = figure(len(numbers), len(chosen), size, sharex="col", sharey="row")
+    for j, path in enumerate(chosen):
+        x_size, words = quantity_label(found, path)
+        x = np.broadcast_to(found[path].values.ravel(), next(iter(numbers.values())).shape)
+        for i, (name, values) in enumerate(numbers.items()):
+            ax = axes[i, j]
+            size_, own = quantity_label(found, name, values)
+            every = max(1, len(x) // _SHOWN)
+            ax.plot(
+                x_size * x[::every], size_ * values[::every], "o", color=COLOURS[0],
+                markersize=2.5 if len(x) > 300 else 3.5, alpha=0.6, markeredgewidth=0,
+            )  # fmt: skip
+            if name in limits:
+                ax.axhline(size_ * limits[name].value, color="black", linewidth=1, linestyle="--")
+            if ranks is not None and name in ranks["output"]:
+                r = float(ranks["correlation"].sel(output=name, parameter=path))
+                ax.set_title(f"rank correlation {r:+.2f}", fontsize=9, loc="left")
+            ax.locator_params(axis="x", nbins=4)
+            if j == 0:
+                ax.set_ylabel(own)
+        axes[-1, j].set_xlabel(words, fontsize=9 if len(words) < 34 else 7.5)
+    if left_out:
+        fig.suptitle(f"not shown, as they matter less: {', '.join(left_out)}", fontsize=9)
+    return fig
+
+
+def sensitivity_bars(weights: xr.Dataset) -> Figure:
+    """Which parameter matters, of each output: the coefficients of `rank_regression`, or the shares of
+    `sobol_indices`, with their intervals of confidence; the weightiest on top."""
+    shares = "total" in weights
+    main = "total" if shares else "coefficient"
+    outputs, paths = [str(o) for o in weights["output"].values], weights["parameter"].values
+    height = 0.42 * len(paths) + 1.1
+    fig, axes = figure(len(outputs), 1, (8.5, 0.6 + height * len(outputs)), sharex=True)
+    for ax, name in zip(axes[:, 0], outputs):
+        own = weights.sel(output=name)
+        order = np.argsort(np.abs(own[main].values))
+        y = np.arange(len(order))
+        if shares:
+            for key, shift, colour, words in (
+                ("first", 0.19, COLOURS[0], "alone"),
+                ("total", -0.19, COLOURS[4], "with all that it does together with others"),
+            ):
+                _bars(
+                    ax, y + shift, own, key, order, f"{key}_low", f"{key}_high", 0.36, colour, words
+                )
+            ax.set_title(f"{name}: share of its variance", fontsize=10, loc="left")
+        else:
+            _bars(ax, y, own, "coefficient", order, "low", "high", 0.6, COLOURS[0], None)
+            ax.set_title(
+                f"{name}: standardised rank regression, R² = {float(own['explained']):.2f}",
+                fontsize=10, loc="left",
+            )  # fmt: skip
+        ax.axvline(0.0, color="black", linewidth=0.8)
+        ax.set_yticks(y, [str(p) for p in paths[order]], fontsize=9)
+        ax.grid(False, axis="y")
+    words = (
+        "share of the variance"
+        if shares
+        else "change of the output's rank per change of the parameter's, in standard deviations"
+    )
+    label(axes[-1, 0], words, "")
+    if shares:
+        legend(axes[-1, 0], loc="lower right")
+    return fig
+
+
+def _bars(ax, y, own, key, order, low, high, height, colour, words) -> None:
+    values = own[key].values[order]
+    ax.barh(y, values, height=height, color=colour, label=words, alpha=0.85)
+    ends = np.abs(np.stack([values - own[low].values[order], own[high].values[order] - values]))
+    ax.errorbar(values, y, xerr=ends, fmt="none", ecolor=GREY, elinewidth=1.2, capsize=2.5)

@@ -1,0 +1,143 @@
+"""What `jaxrotor sweep` does with the [sweep] section of a study."""
+
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..errors import InputError
+from ..files import check_folder, save_json
+from ..sweep.store import MARK
+from ..sweep.sweep import sweep
+from .drawn import figures_of
+from .options import study_name
+from .run import _interruptible
+from .study import Study
+from .told import summary_of, table_of
+from .written import save_figure
+
+STORE = "sweep.zarr"
+
+
+def sweep_study(
+    study: Study, store: Path | None = None, progress: bool | None = None, resume: bool = True
+) -> xr.Dataset:
+    """Runs the sweep that the study asks for; `store`, `resume` and `progress` as in `jaxrotor.sweep`."""
+    if study.sweep is None:
+        raise InputError(
+            f"`{study_name(study)}`: has no [sweep] section: give it parameters and outputs"
+        )
+    asked = study.sweep
+    found = sweep(
+        study.machine,
+        asked.cases,
+        asked.outputs,
+        store=store,
+        resume=resume,
+        chunk=asked.chunk,
+        progress=progress,
+        **study.settings.arguments(),
+    )
+    for name, unit in asked.units.items():
+        if name in found:
+            found[name].attrs["units"] = unit
+    return found
+
+
+def run_sweep(
+    study: Study, out: Path | None, resume: bool = False, quiet: bool = False, force: bool = False
+) -> int:
+    """The store, percentiles, shares within limits, figures."""
+    if study.sweep is None:
+        sweep_study(study)  # says so
+    if find_spec("zarr") is None:
+        raise InputError('sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"')
+    folder = out if out is not None else Path("results") / f"{study.name}_sweep"
+    check_folder(folder, force)
+    store = folder / STORE
+    _refuse_unfinished(store, resume, force)
+    watched = not quiet and sys.stderr.isatty()
+    if watched:
+        words = f"{len(study.sweep.cases)} cases"
+        print(f"{study.title or study.name}: compiling, then {words}", file=sys.stderr)
+    with _replaced(folder, store, resume):
+        try:
+            found = _interruptible(
+                lambda: sweep_study(study, store, progress=watched, resume=resume)
+            )
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_kept(store)) from None
+    told = summary_of(study, found)
+    trouble: Exception | None = None
+    try:
+        for name, figure in figures_of(study, found):
+            save_figure(figure, folder / f"{name}.png")
+    except Exception as error:
+        # The data are what counts, and took the time: they are kept, whatever a figure lacks.
+        trouble = error
+        told["figures"] = f"not drawn: {type(error).__name__}: {error}"
+    save_json(folder / "summary.json", told)
+    if trouble is not None:
+        print(f"The figures failed, but the data are in {store}", file=sys.stderr)
+        raise trouble
+    if not quiet:
+        print(table_of(study, told))
+    print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    return 0
+
+
+def _refuse_unfinished(store: Path, resume: bool, force: bool) -> None:
+    state = _chunks_done(store)
+    if state is None or resume or force or state[0] == state[1]:
+        return
+    raise InputError(
+        f"`{store}`: holds a sweep that was stopped, {state[0]} of {state[1]} chunks are done: add --resume "
+        "to go on with it, or --force to begin anew"
+    )
+
+
+@contextmanager
+def _replaced(folder: Path, store: Path, resume: bool) -> Iterator[None]:
+    """An earlier store goes, but not before the new one is there."""
+    aside = folder / f".{STORE}.before"
+    if aside.exists():  # of a program that was killed
+        shutil.rmtree(aside)
+    if store.exists() and not resume:
+        os.replace(store, aside)
+    try:
+        yield
+    finally:
+        if aside.exists() and not store.exists():
+            os.replace(aside, store)
+        elif aside.exists():
+            shutil.rmtree(aside)
+            # of the run before: they would pass for this one's, if it was stopped
+            for old in [folder / "summary.json", *folder.glob("*.png")]:
+                old.unlink(missing_ok=True)
+
+
+def _chunks_done(store: Path) -> tuple[int, int] | None:
+    """And of how many; None where no sweep was begun."""
+    if not (store / "zarr.json").is_file():
+        return None
+    import zarr
+
+    group: Any = zarr.open_group(store, mode="r")
+    if MARK not in group.attrs or "done" not in group:
+        return None
+    done = np.asarray(group["done"][:])
+    return int((done != 0).sum()), done.size
+
+
+def _kept(store: Path) -> str:
+    state = _chunks_done(store)
+    if state is None:
+        return "nothing was written"
+    return f"{state[0]} of {state[1]} chunks are kept in {store}: go on with --resume"
