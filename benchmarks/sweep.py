@@ -105,7 +105,9 @@ def main() -> None:
                 words = f"batch of {count}, {devices} device{'s' * (devices > 1)}"
                 rows.append((words, apart(batch, count, devices)))
     pooled, single = rows[0][1][1], rows[1][1][1]
-    print(f"\n{'':34}{'compile s':>10}{'ms a run':>10}{'CVODE/own':>11}{'single/own':>12}{'GiB':>7}")
+    print(
+        f"\n{'':34}{'compile s':>10}{'ms a run':>10}{'CVODE/own':>11}{'single/own':>12}{'GiB':>7}"
+    )
     for name, (compiling, run, memory) in rows:
         print(
             f"{name:34}{compiling:10.1f}{1e3 * run:10.1f}{pooled / run:11.2f}{single / run:12.2f}{memory:7.2f}"

@@ -1,5 +1,6 @@
 """Labels that hide neither each other nor the data."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,8 +12,8 @@ _TURNS = {"rad/s": (30 / np.pi, "rpm"), "rad": (180 / np.pi, "°")}
 
 
 def number(x: float) -> str:
-    """Four digits, or all before the point where there are more."""
-    return f"{x:.4g}" if abs(x) < 1e4 else f"{x:.0f}"
+    """Four digits, or all before the point where there are some more."""
+    return f"{x:.4g}" if abs(x) < 1e4 or abs(x) >= 1e7 else f"{x:.0f}"
 
 
 def together(places: Sequence[float], close: float) -> list[list[int]]:
@@ -104,12 +105,12 @@ def readable(unit: str, values: Any) -> tuple[float, str]:
     sizes = np.abs(np.asarray(values, float))
     top = float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
     # a prefix before kilograms, or before a power (mm² for 1e-3 m²), would mislead
-    head = unit.lstrip("(").split("/")[0].split("*")[0]
-    if head.startswith("kg") or unit[len(head) :].startswith("**") or "^" in head:
+    if re.match(r"\(?(kg|[A-Za-z]+\)?(\*\*|\^))", unit):
         return 1.0, _dots(unit)
     size, words = _prefixed(unit, top)
     return size, _dots(words)
 
 
 def _dots(unit: str) -> str:
+    unit = unit.replace("(rad)", "rad")
     return unit.replace("**2", "²").replace("^2", "²").replace("^3", "³").replace("*", "·")

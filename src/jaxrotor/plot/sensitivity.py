@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from ..sweep.statistics import numbers_of
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, figure, label
 from .sweep import quantity_label
 
 # Panels beyond which nothing is read any more.
@@ -95,7 +95,8 @@ def sensitivity_bars(weights: xr.Dataset) -> Figure:
     )
     label(axes[-1, 0], words, "")
     if shares:
-        legend(axes[-1, 0], loc="lower right")
+        handles = axes[0, 0].get_legend_handles_labels()
+        fig.legend(*handles, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     return fig
 
 

@@ -43,7 +43,13 @@ def distributions(
             left.set_title(f"{name}: no case ran to its end", fontsize=10, loc="left")
             continue
         bins = int(np.clip(2 * np.cbrt(sound.size), 8, 60))
-        left.hist(size * sound, bins=bins, color=COLOURS[0], alpha=0.75)
+        low, high = np.percentile(sound, (5, 95))
+        edges = size * np.linspace(sound[0], sound[-1], bins + 1)
+        if sound[0] > 0 and high > _WIDE * low:
+            edges = size * np.geomspace(sound[0], sound[-1], bins + 1)
+            left.set_xscale("log")
+            right.set_xscale("log")
+        left.hist(size * sound, bins=edges, color=COLOURS[0], alpha=0.75)
         share_ = 100 * np.arange(1, sound.size + 1) / sound.size
         right.step(size * sound, share_, where="post", color=COLOURS[0], linewidth=1.4)
         right.set_ylim(-8, 104)
@@ -72,16 +78,16 @@ def distributions(
 
 
 def percentile_bands(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
-    """An output over speed or time: the median, half and nine tenths of the cases at each point. Where an
-    oscillation is too dense to be followed, the bands enclose it."""
+    """An output over speed or time: the median, half and nine tenths of the cases that ran to their end, at
+    each point. Where an oscillation is too dense to be followed, the bands enclose it."""
     axes_ = axes_of(found)
     (along,) = (str(d) for d in found[name].dims if d not in axes_)
     x, over_speed = found[along].values, along.endswith("_speed")
     rows = int(np.prod([found.sizes[d] for d in axes_]))
     every = max(1, int(rows * len(x) / _READ))
     values = found[name].isel({along: slice(None, None, every)}).values.reshape(rows, -1)
-    x = x[::every]
-    low, quarter, middle, upper, high = _quantiles(values)
+    x, ran = x[::every], found["failure"].values.ravel() == ""
+    low, quarter, middle, upper, high = _quantiles(values[ran])
     size, words = quantity_label(found, name, np.stack([low, high]))
     dense = not over_speed and len(x) > _DENSE
     if dense:
@@ -128,7 +134,7 @@ def grid_lines(
         ax.plot(x[order], size * values[order], "o-", color=COLOURS[0], markersize=4, linewidth=1.3)
         if name in limits:
             ax.axhline(size * limits[name].value, color="black", linewidth=1.1, linestyle="--")
-            ax.set_title(f"dashed: its limit, {limits[name]}", fontsize=9, loc="left")
+            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
         label(ax, "", words)
     _scaled(axes[-1, 0], found[path].values, "x")
     axes[-1, 0].set_xlabel(x_words)
@@ -157,7 +163,7 @@ def grid_map(found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] 
         if name in limits and np.nanmin(z) < size * limits[name].value < np.nanmax(z):
             at = [size * limits[name].value]
             ax.contour(x[across], y[up], z, at, colors="#D55E00", linestyles="--", linewidths=2)
-            ax.set_title(f"dashed: {limits[name]} {number(at[0])}", fontsize=9, loc="left")
+            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
         label(ax, x_words, y_words)
     return fig
 
@@ -194,13 +200,16 @@ def grid_over(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
 
 def _map(fig: Figure, ax: Axes, x: np.ndarray, y: np.ndarray, z: np.ndarray, words: str) -> None:
     low, high = np.nanmin(z), np.nanmax(z)
-    two_sided = low < 0 < high and -low > 0.1 * high
-    colours = dict(cmap="RdBu_r", vmin=-max(-low, high), vmax=max(-low, high)) if two_sided else {}
-    image = ax.pcolormesh(
-        x, y, z, shading="nearest", rasterized=True, **(colours or {"cmap": "viridis"})
-    )
+    two_sided = low < 0 < high and min(-low, high) > 0.3 * max(-low, high)
+    end = max(-low, high)
+    span: dict[str, Any] = dict(cmap="RdBu_r", vmin=-end, vmax=end) if two_sided else {}
+    image = ax.pcolormesh(x, y, z, shading="nearest", rasterized=True, **span)
     ax.grid(False)
     fig.colorbar(image, ax=ax, label=words)
+
+
+def _dashed(limit: Any, size: float, words: str) -> str:
+    return f"dashed: {limit} {number(size * limit.value)} {words.partition(', ')[2]}"
 
 
 def _scaled(ax: Axes, values: np.ndarray, which: str) -> None:

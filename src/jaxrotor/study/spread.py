@@ -171,4 +171,4 @@ def read_range(
             place,
             f"{prefix}points must be a whole number, 2 at least, but is {shown(points)}: correct it",
         )
-    return None if len(faults.sentences) > before else np.linspace(*ends, points)
+    return None if len(faults.sentences) > before else np.linspace(ends[0], ends[1], points)

@@ -20,6 +20,7 @@ from .drawn import figures_of
 from .options import study_name
 from .run import _interruptible
 from .study import Study
+from .sweep import Sweep
 from .told import summary_of, table_of
 from .written import save_figure
 
@@ -30,11 +31,7 @@ def sweep_study(
     study: Study, store: Path | None = None, progress: bool | None = None, resume: bool = True
 ) -> xr.Dataset:
     """Runs the sweep that the study asks for; `store`, `resume` and `progress` as in `jaxrotor.sweep`."""
-    if study.sweep is None:
-        raise InputError(
-            f"`{study_name(study)}`: has no [sweep] section: give it parameters and outputs"
-        )
-    asked = study.sweep
+    asked = _asked(study)
     found = sweep(
         study.machine,
         asked.cases,
@@ -51,12 +48,19 @@ def sweep_study(
     return found
 
 
+def _asked(study: Study) -> Sweep:
+    if study.sweep is None:
+        raise InputError(
+            f"`{study_name(study)}`: has no [sweep] section: give it parameters and outputs"
+        )
+    return study.sweep
+
+
 def run_sweep(
     study: Study, out: Path | None, resume: bool = False, quiet: bool = False, force: bool = False
 ) -> int:
     """The store, percentiles, shares within limits, figures."""
-    if study.sweep is None:
-        sweep_study(study)  # says so
+    asked = _asked(study)
     if find_spec("zarr") is None:
         raise InputError('sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"')
     folder = out if out is not None else Path("results") / f"{study.name}_sweep"
@@ -65,7 +69,7 @@ def run_sweep(
     _refuse_unfinished(store, resume, force)
     watched = not quiet and sys.stderr.isatty()
     if watched:
-        words = f"{len(study.sweep.cases)} cases"
+        words = f"{len(asked.cases)} cases"
         print(f"{study.title or study.name}: compiling, then {words}", file=sys.stderr)
     with _replaced(folder, store, resume):
         try:

@@ -12,6 +12,8 @@ from .options import study_name
 from .study import Study
 
 _PERCENT = (5, 25, 50, 75, 95)
+# Over time or speed: of each case the largest value, or the least where that is limited.
+_OF_LARGEST, _OF_LEAST = "of_the_largest", "of_the_least"
 # Failed cases that are told one by one.
 _FAILURES = 20
 
@@ -65,21 +67,18 @@ def _told(name: str, found: xr.Dataset, asked: Any) -> dict[str, Any]:
     told: dict[str, Any] = {"kind": type(asked.outputs[name]).__name__, "unit": asked.units[name]}
     limit = asked.limits.get(name)
     if numbers_of(found, [name]):
-        values = numbers_of(found, [name])[name]
-        sound = values[np.isfinite(values)]
-        told["percentiles"] = _percentiles(values)
-        if sound.size:
-            told |= {"lowest": sound.min(), "highest": sound.max(), "mean": sound.mean()}
-            told["standard_deviation"] = sound.std(ddof=1) if sound.size > 1 else None
+        kind, values = "percentiles", numbers_of(found, [name])[name]
     else:
         least = limit is not None and limit.kind == "at_least"
-        values = _extreme(name, found, least)
-        told["of_the_least" if least else "of_the_largest"] = dict(
-            zip(map(str, _PERCENT), percentiles(values, _PERCENT))
-        )
-    told["ran"] = int(np.isfinite(values).sum())
+        kind, values = _OF_LEAST if least else _OF_LARGEST, _extreme(name, found, least)
+    sound = values[np.isfinite(values)]
+    told[kind] = dict(zip(map(str, _PERCENT), percentiles(values, _PERCENT)))
+    if sound.size:
+        told |= {"lowest": sound.min(), "highest": sound.max(), "mean": sound.mean()}
+        told["standard_deviation"] = sound.std(ddof=1) if sound.size > 1 else None
+    told["ran"] = sound.size
     if limit is not None:
-        met = limit.met(values[np.isfinite(values)])
+        met = limit.met(sound)
         part, low, high = share(met)
         told["limit"] = {
             limit.kind: limit.value,
@@ -90,10 +89,6 @@ def _told(name: str, found: xr.Dataset, asked: Any) -> dict[str, Any]:
     return told
 
 
-def _percentiles(values: np.ndarray) -> dict[str, float]:
-    return dict(zip(map(str, _PERCENT), percentiles(values, _PERCENT)))
-
-
 def _extreme(name: str, found: xr.Dataset, least: bool) -> np.ndarray:
     """(n,): the largest (or least) value of each case over time or speed; NaN where it failed."""
     axes = axes_of(found)
@@ -102,8 +97,9 @@ def _extreme(name: str, found: xr.Dataset, least: bool) -> np.ndarray:
     # an axis of a grid, or as much of a sample as is read at once
     step = 1 if len(axes) > 1 else 256
     parts = []
-    for first in range(0, array.sizes[axes[0]], step):
-        part = array.isel({axes[0]: slice(first, first + step)}).values
+    first_axis = str(array.dims[0])
+    for first in range(0, array.sizes[first_axis], step):
+        part = array.isel({first_axis: slice(first, first + step)}).values
         part = part.reshape(-1, part.shape[-1])
         parts.append(side(np.where(np.isfinite(part), part, nothing), axis=1))
     values = np.concatenate(parts)
@@ -176,7 +172,7 @@ def table_of(study: Study, told: dict[str, Any]) -> str:
     grid = bool(asked.cases.axes)
     heads = ("lowest", "median", "highest") if grid else ("5 %", "50 %", "95 %")
     for name, one in told["outputs"].items():
-        kind = next(k for k in ("percentiles", "of_the_largest", "of_the_least") if k in one)
+        kind = next(k for k in ("percentiles", _OF_LARGEST, _OF_LEAST) if k in one)
         own = one[kind]
         keys = (5, 50, 95)
         values = [own[str(k)] for k in keys]

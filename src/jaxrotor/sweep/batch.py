@@ -191,8 +191,8 @@ def _changes(machine: Machine, speed, values: dict, steps: dict) -> Array:
 
 
 def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray]) -> bool:
-    """Whether no swept parameter enters the solver's linear part: its derivative along each is exactly zero, at
-    three rows of the table."""
+    """Whether no swept parameter enters the solver's linear part: its derivative along each is exactly zero,
+    at three rows of the table."""
     n = next(iter(values.values())).size
     for row in {0, n // 2, n - 1}:
         at = {path: jnp.asarray(x[row]) for path, x in values.items()}
@@ -203,7 +203,7 @@ def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray])
     return True
 
 
-def linear_part(machine: Machine, speed: float) -> Array:
+def linear_part(machine: Machine, speed: Any) -> Array:
     return _linear(machine, jnp.asarray(speed))
 
 

@@ -15,8 +15,8 @@ _TINY = float(np.finfo(float).eps)
 
 @dataclasses.dataclass(frozen=True)
 class Cases:
-    """`values`: path -> (n,), SI; one entry of several as `"bearing.stiffness[0]"`. `axes`: of a grid, path ->
-    values along each; else empty. `how`: in words, with the seed."""
+    """`values`: path -> (n,), SI; one entry of several as `"bearing.stiffness[0]"`. `axes`: of a grid, path
+    -> values along each; else empty. `how`: in words, with the seed."""
 
     values: dict[str, np.ndarray]
     how: str = "a table"
@@ -37,7 +37,8 @@ class Cases:
         for path, size in sizes.items():
             if size != sizes[first]:
                 raise InputError(
-                    f"cases: `{path}` has {size} values, but `{first}` has {sizes[first]}: give one for each case"
+                    f"cases: `{path}` has {size} values, but `{first}` has {sizes[first]}: give one for "
+                    "each case"
                 )
 
     def __len__(self) -> int:
@@ -66,9 +67,9 @@ class Cases:
         """Drawn from frozen distributions of scipy.stats, such as `scipy.stats.norm(5e-4, 5e-5)`.
 
         `method`: scrambled Sobol points (best in powers of two), a Latin hypercube, or independent numbers;
-        `seed` repeats them. `correlations`: (path, path) -> correlation of their normal scores, by a Gaussian copula:
-        of normal distributions it is their own. Raises `InputError` for what is no distribution, and for
-        correlations that no distribution has. Source: Nelsen, An Introduction to Copulas (2006).
+        `seed` repeats them. `correlations`: (path, path) -> correlation of their normal scores, by a Gaussian
+        copula: of normal distributions it is their own. Raises `InputError` for what is no distribution, and
+        for correlations that no distribution has. Source: Nelsen, An Introduction to Copulas (2006).
         """
         count = _count(count)
         if not isinstance(distributions, Mapping) or not distributions:
@@ -96,7 +97,8 @@ class Cases:
         return cls(values, f"{count} cases by {words[method]}, seed {seed}")
 
     def tied(self, ties: Mapping[str, str]) -> "Cases":
-        """With further parameters that follow one that is swept: `{"right.stiffness[0]": "left.stiffness[0]"}`."""
+        """With further parameters that follow one that is swept: `{"right.stiffness[0]":
+        "left.stiffness[0]"}`."""
         for new, old in ties.items():
             if old not in self.values:
                 raise InputError(f"`{new}`: follows `{old}`, which is not swept")
@@ -104,6 +106,10 @@ class Cases:
                 raise InputError(f"`{new}`: is swept itself and cannot follow `{old}`")
         more = {new: self.values[old] for new, old in ties.items()}
         return dataclasses.replace(self, values=self.values | more)
+
+
+def as_cases(parameters: Any) -> Cases:
+    return parameters if isinstance(parameters, Cases) else Cases(parameters)
 
 
 def _column(path: str, value: Any) -> np.ndarray:
@@ -153,7 +159,9 @@ def _correlated(scores: np.ndarray, names: Sequence[str], wanted: Mapping) -> np
         if not isinstance(r, (int, float)) or not -1 < r < 1:
             raise InputError(f"correlations: {pair} must lie between -1 and 1, but is {r!r}")
         if told.setdefault(frozenset(pair), r) != r:
-            raise InputError(f"correlations: {pair} is given twice, as {told[frozenset(pair)]} and {r}")
+            raise InputError(
+                f"correlations: {pair} is given twice, as {told[frozenset(pair)]} and {r}"
+            )
         i, j = (names.index(path) for path in pair)
         R[i, j] = R[j, i] = r
     if np.min(np.linalg.eigvalsh(R)) <= 0:

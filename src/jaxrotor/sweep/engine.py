@@ -22,8 +22,8 @@ Task = tuple[int, dict[str, np.ndarray], int]
 
 
 class Engine(abc.ABC):
-    """`width`: machines of a chunk are a multiple of it. `leads`: whether this process makes the store. `alone`:
-    whether it sees all results."""
+    """`width`: machines of a chunk are a multiple of it. `leads`: whether this process makes the store.
+    `alone`: whether it sees all results."""
 
     width: int
     leads: bool
@@ -85,8 +85,8 @@ class DaskEngine(Engine):
         import cloudpickle
         from distributed import as_completed
 
-        # packed, for a worker knows of 64-bit floats only once our code runs there; and as the result of a task,
-        # for that is made anew where the workers that held it died
+        # packed, for a worker knows of 64-bit floats only once our code runs there; and as the result of a
+        # task, for that is made anew where the workers that held it died
         packed = cloudpickle.dumps(_as_numpy(setup))
         shared = self.client.submit(_same, packed, pure=False)
         waiting = iter(tasks)
@@ -118,8 +118,8 @@ class DaskEngine(Engine):
             return future.result()
         except KilledWorker as error:
             raise InputError(
-                f"client: the workers died of a chunk, one after the other ({error}): give them more memory, or "
-                "take a smaller chunk"
+                f"client: the workers died of a chunk, one after the other ({error}): give them more memory, "
+                "or take a smaller chunk"
             ) from error
 
 
@@ -145,7 +145,9 @@ def computed(setup: Setup, values: dict[str, np.ndarray], steps: int) -> Outcome
         # a chunk planned for other devices is filled up
         more = -size % len(devices)
         batch = {p: np.concatenate([x, np.repeat(x[-1], more)]) for p, x in batch.items()}
-        found = run_sharded(setup, jax.tree.map(jnp.asarray, batch), Mesh(np.array(devices), ("case",)))
+        found = run_sharded(
+            setup, jax.tree.map(jnp.asarray, batch), Mesh(np.array(devices), ("case",))
+        )
     else:
         found = run_batch(setup, jax.tree.map(jnp.asarray, batch))
     return jax.tree.map(lambda x: np.asarray(x)[:size], found)

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..machine.machine import Machine
 from ..solve.simulate import with_count
 from .batch import linear_part, member, placed
-from .cases import Cases
+from .cases import Cases, as_cases
 from .planning import NO_STEP
 from .sweep import _set_up
 
@@ -33,11 +33,12 @@ def batched(
 ) -> Callable[[Machine], dict[str, Array]]:
     """The outputs of all cases, (n, ...) each, as a pure function of the machine that they vary.
 
-    It may stand inside `jit` and `grad`: `grad` of a percentile over the cases by a parameter that they share. The
-    arguments are those of `sweep`; the step is planned once, for the machine given here, and is the finest that some
-    case needs. All cases run as one batch.
+    It may stand inside `jit` and `grad`: `grad` of a percentile over the cases by a parameter they share.
+    The arguments are those of `sweep`; the step is planned once, for the machine given here, and is the
+    finest that some case needs. All cases run as one batch. A swept parameter is that of the table, whatever
+    the machine has.
     """
-    cases = parameters if isinstance(parameters, Cases) else Cases(parameters)
+    cases = as_cases(parameters)
     setup, substeps = _set_up(
         machine, cases, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
     )

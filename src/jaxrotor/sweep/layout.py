@@ -123,7 +123,7 @@ def _version() -> str:
 def kept(outcome: Outcome, setup: Setup) -> dict[str, np.ndarray]:
     """What is written of a chunk."""
     when = np.where(outcome.failed < 0, np.nan, outcome.failed * float(setup.interval))
-    return {**outcome.values, "failed_at": when}
+    return {name: np.asarray(x) for name, x in outcome.values.items()} | {"failed_at": when}
 
 
 def finished(found: xr.Dataset, cases: Cases, setup: Setup, seconds: float) -> xr.Dataset:

@@ -55,15 +55,16 @@ def checked(outputs: Mapping[str, Any]) -> dict[str, Any]:
     """Bare sensors become whole series. Raises `InputError`."""
     if not isinstance(outputs, Mapping):
         raise InputError(
-            f"outputs: must be a mapping from names, such as {{'peak': PeakValue(Radial('main'))}}, but is {outputs!r}"
+            "outputs: must be a mapping from names, such as {'peak': PeakValue(Radial('main'))}, "
+            f"but is {outputs!r}"
         )
     found = {}
     for name, one in outputs.items():
         one = TimeSeries(one) if isinstance(one, AbstractSensor) else one
         if not isinstance(one, Output):
             raise InputError(
-                f"outputs: `{name}` must be a measure (RootMeanSquare(...)), a sensor, a TimeSeries or an OverSpeed, "
-                f"but is {one!r} ({type(one).__name__})"
+                f"outputs: `{name}` must be a measure (RootMeanSquare(...)), a sensor, a TimeSeries or an "
+                f"OverSpeed, but is {one!r} ({type(one).__name__})"
             )
         found[name] = one
     if not found:

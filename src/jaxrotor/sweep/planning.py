@@ -31,8 +31,8 @@ _SCOUTS, _ROUNDS = 64, 4
 
 
 class Steps(NamedTuple):
-    """`substeps`: (n,) of each machine, `NO_STEP` where none is found, 0 where the solver chooses. `speed`: rad/s
-    at which all are linearised. `reason`: why some have none."""
+    """`substeps`: (n,) of each machine, `NO_STEP` where none is found, 0 where the solver chooses. `speed`:
+    rad/s, at which all are linearised. `reason`: why some have none."""
 
     substeps: np.ndarray
     speed: float
@@ -149,9 +149,9 @@ def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, order: int
 
 
 def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
-    """Steps in a sample interval that each machine needs for the plan's tolerance: the plan's own, or more; and why
-    some have none. Each is tried in a pilot at the plan's top speed with the plan's step, then those that miss the
-    tolerance with the next finer one."""
+    """Steps in a sample interval that each machine needs for the plan's tolerance: the plan's own, or
+    more; and why some have none. Each is tried in a pilot at the plan's top speed with the plan's step,
+    then those that miss the tolerance with the next finer one."""
     found = np.full(good.size, NO_STEP)
     left = np.flatnonzero(good)
     batch = min(good.size, rows_at_once(machine))
@@ -169,8 +169,8 @@ def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
         if not left.size:
             break
     reason = (
-        f"no step was found that keeps the error below {plan.tolerance:g}: raise the sample rate, give a step, or "
-        "choose a solver for stiff nonlinearity such as diffrax.Kvaerno5()"
+        f"no step was found that keeps the error below {plan.tolerance:g}: raise the sample rate, give a "
+        "step, or choose a solver for stiff nonlinearity such as diffrax.Kvaerno5()"
     )
     if (found == NO_STEP).all():
         raise InputError(f"cases: {reason}")

@@ -124,7 +124,8 @@ def indices_of(
 def _indices(sets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(d,) each, from (d + 2, n)."""
     if np.ptp(sets) == 0:
-        return (np.zeros(len(sets) - 2),) * 2
+        nothing = np.zeros(len(sets) - 2)
+        return nothing, nothing
     A, B, AB = sets[:1], sets[1:2], sets[2:, None]
     found = stats.sobol_indices(func={"f_A": A, "f_B": B, "f_AB": AB}, n=sets.shape[1])
     return found.first_order, found.total_order

@@ -35,8 +35,8 @@ def _zarr():
 
 class Store:
     """`path`: a folder. Rows stand in the order in which they are run; every chunk of rows is a chunk of each
-    array, and `done` says of each whether it is whole: it is marked behind its data, so that a chunk that was being
-    written when the program died is written again."""
+    array, and `done` says of each whether it is whole: it is marked behind its data, so that a chunk that was
+    being written when the program died is written again."""
 
     def __init__(self, path: Path):
         _zarr()
@@ -55,8 +55,8 @@ class Store:
         if before != fingerprint:
             parts = [k for k in fingerprint if before.get(k) != fingerprint[k]]
             raise InputError(
-                f"`{self.path}`: holds another sweep, of different {', '.join(parts) or 'layout'}: choose another "
-                "folder, or remove it"
+                f"`{self.path}`: holds another sweep, of different {', '.join(parts) or 'layout'}: choose "
+                "another folder, or remove it"
             )
         self.group = self._guarded(lambda: _zarr().open_group(self.path, mode="r+"))
 
@@ -64,7 +64,7 @@ class Store:
         remedy = "choose another folder"
         try:
             found = dict(_zarr().open_group(self.path, mode="r").attrs)
-            return dict(json.loads(found[MARK]))
+            return dict(json.loads(str(found[MARK])))
         except PermissionError:
             raise InputError(f"`{self.path}`: may not be read: {remedy}") from None
         except (OSError, ValueError, KeyError, TypeError):
@@ -101,7 +101,7 @@ class Store:
                     dtype=array.dtype,
                     chunks=(chunk, *array.shape[1:]),
                     fill_value=np.nan,
-                    dimension_names=array.dims,
+                    dimension_names=[str(d) for d in array.dims],
                     attributes=array.attrs,
                 )
             if self.path.is_dir():

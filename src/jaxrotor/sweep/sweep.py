@@ -23,7 +23,7 @@ from ..solve.exponential import ETD4RK, ExponentialAdams
 from ..solve.grid import grid_of
 from ..solve.plan import Plan
 from .batch import Setup, linear_part, shares_linear
-from .cases import Cases
+from .cases import Cases, as_cases
 from .checks import check_cases, check_start
 from .engine import Engine, engine_for
 from .identity import fingerprint
@@ -58,22 +58,25 @@ def sweep(
     **Arguments:**
 
     - `parameters`: `Cases` (a grid, a sample, a table), or a mapping path -> (n,) values, SI.
-    - `outputs`: name -> a measure of runs (`PeakValue(...)`) or of machines (`TotalMass()`), a `TimeSeries`, an
-      `OverSpeed`, or a bare sensor. Runs are reduced while they are computed: only what sensors see is kept.
-    - `t_end` to `atol`: as for `simulate`. The step is planned for each machine: those that need a finer one are
-      run together.
-    - `store`: a Zarr folder, written chunk by chunk; a sweep that was stopped goes on there (`resume`), and one
-      of something else is refused. Left out, results are kept in memory.
+    - `outputs`: name -> a measure of runs (`PeakValue(...)`) or of machines (`TotalMass()`), a `TimeSeries`,
+      an `OverSpeed`, or a bare sensor. Runs are reduced while they are computed: only what sensors see is
+      kept.
+    - `t_end` to `atol`: as for `simulate`. The step is planned for each machine: those that need a finer one
+      are run together.
+    - `store`: a Zarr folder, written chunk by chunk; a sweep that was stopped goes on there (`resume`), with
+      the chunks and steps that it had, and one of something else is refused. Left out, results are kept in
+      memory.
     - `chunk`: machines in a batch; by default from the memory there is.
     - `client`: of Dask distributed, which then runs the chunks.
     - `progress`: a progress bar; by default where a person looks on.
 
-    All local devices share each batch; under `jax.distributed` every process runs its share of the chunks, and all of
-    them write to one store.
+    All local devices share each batch; under `jax.distributed` every process runs its share of the chunks,
+    and all of them write to one store.
 
     **Returns** an `xarray.Dataset` over `case` (a grid: over its axes), with the parameters, the outputs, and
-    `failure`: where a run failed, when and why; its numbers are NaN, the others unharmed. Raises `InputError` for wrong
-    input before anything runs.
+    `failure`: where a run failed, when and why; its numbers are NaN (a series: from there on), the others
+    unharmed. `steps_a_sample` is -1 of a machine for which no step was found and 0 where the solver chooses.
+    Raises `InputError` for wrong input before anything runs.
     """
     require_x64()
     check_chunk(chunk)
@@ -104,7 +107,8 @@ def sweep(
     _run_all(keep, engine, setup, cases, steps.substeps, size, progress)
     if keep.missing().size:
         raise InputError(
-            f"`{store}`: another process left {keep.missing().size} chunks undone: see what it says, then resume"
+            f"`{store}`: another process left {keep.missing().size} chunks undone: see what it says, "
+            "then resume"
         )
     return finished(keep.dataset(), cases, setup, time.perf_counter() - began)
 
@@ -115,7 +119,7 @@ def _asked(
     """Checked, but not planned: no linear part, no number of steps."""
     check_solver(machine, solver, None if isinstance(step, Plan) else step, rtol, atol)
     machine.check()
-    cases = parameters if isinstance(parameters, Cases) else Cases(parameters)
+    cases = as_cases(parameters)
     wanted = checked(outputs)
     check_names(wanted, cases)
     check_cases(machine, cases)
