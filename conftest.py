@@ -24,7 +24,8 @@ pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
-sweep control sweep_stores configs linear shafts_with_mass torsion more_configs identify uncertainty identify_cli ross
+sweep control sweep_stores configs linear shafts_with_mass torsion more_configs identify uncertainty
+identify_cli ross
 gradients governed_config energy identify_experiments couplings gears tracing report reference
 sweep_cli design_experiments measures optimize_cli optimize norms regulators
 """.split()

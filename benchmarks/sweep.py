@@ -109,9 +109,8 @@ def main() -> None:
         f"\n{'':34}{'compile s':>10}{'ms a run':>10}{'CVODE/own':>11}{'single/own':>12}{'GiB':>7}"
     )
     for name, (compiling, run, memory) in rows:
-        print(
-            f"{name:34}{compiling:10.1f}{1e3 * run:10.1f}{pooled / run:11.2f}{single / run:12.2f}{memory:7.2f}"
-        )
+        ratios = f"{pooled / run:11.2f}{single / run:12.2f}"
+        print(f"{name:34}{compiling:10.1f}{1e3 * run:10.1f}{ratios}{memory:7.2f}")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Where must rotors and bearings sit on the 287 mm shaft for what the paper observes to hold?
 
-Matyja & Łazarz (2014) show the layout of their machine in a figure alone. Here the four sections of the shaft are
-drawn at random (all splits of 287 mm are equally likely), each machine is run up through its critical speed, and asked:
+Matyja & Łazarz (2014) show the layout of their machine in a figure alone. Here the four sections of the
+shaft are drawn at random (all splits of 287 mm are equally likely), each machine is run up through its
+critical speed, and asked:
 
     comparable   the overhung rotor, with a fiftieth of the unbalance, deflects 0.4 to 2.5 times as far as main
     tilts        it tilts more than main
-    self-centres beyond the critical speed main's mass centre comes nearer to the axis than it was at the peak by half
+    self-centres at full speed main's mass centre is half as far from the axis as at its farthest, or less
 
     python experiments/layout_study.py [--out DIR] [--layouts 800]
 """
@@ -125,9 +126,8 @@ def main() -> None:
             f"{name:13} {100 * np.mean(holds[~failed]):5.1f} % of the layouts; ours: {bool(holds[0])}"
         )
     together = np.all(list(seen.values()), axis=0) & ~failed
-    print(
-        f"all together  {100 * np.mean(together):5.1f} % ({together.sum()} of {together.size}; {failed.sum()} runs failed)"
-    )
+    words = f"({together.sum()} of {together.size}; {failed.sum()} runs failed)"
+    print(f"all together  {100 * np.mean(together):5.1f} % {words}")
     if together.any():
         for path, words in zip(
             SECTIONS, ("overhang", "left to main", "main to right", "right to drive")

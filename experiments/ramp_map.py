@@ -74,10 +74,8 @@ def main() -> None:
     print(f"{twist.size} start-ups; RMS twist {twist.min():.4f} to {twist.max():.4f} deg")
     growth = twist[:, -1] / twist[:, 0]
     print(
-        "from the least to the largest unbalance the twist grows by a factor of "
-        f"{growth.min():.3g} to {growth.max():.3g}, the more the slower the ramp"
-        if growth[-1] == growth.max()
-        else f"from the least to the largest unbalance the twist grows by {growth.min():.3g} to {growth.max():.3g}"
+        f"from the least to the largest unbalance the twist grows {growth[0]:.3g} times "
+        f"in the quickest ramp, {growth[-1]:.3g} times in the slowest"
     )
     save_figure(draw(found), given.out / "map.png")
     print(f"{time.perf_counter() - began:.0f} s in all; figure in {given.out}/")

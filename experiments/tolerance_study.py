@@ -87,8 +87,8 @@ def shares(values: np.ndarray, limit: float):
 
 
 def grade_for(values: np.ndarray, limit: float, share: float = 0.95) -> float:
-    """The grade whose percentile meets the limit, mm/s: percentiles grow like a power of the grade between two
-    grades. Beyond the grades: NaN."""
+    """The grade whose percentile meets the limit, mm/s: between two grades percentiles grow like a power of
+    the grade. NaN beyond them."""
     reached = [np.quantile(own, share) for own in np.split(values, len(GRADES))]
     if not reached[0] <= limit <= reached[-1]:
         return float("nan")
