@@ -28,7 +28,7 @@ def scatter_matrix(
     limits, numbers = limits or {}, dict(list(numbers_of(found, names).items())[:_ROWS])
     chosen = list(paths)
     if ranks is not None:
-        weight = np.abs(ranks["correlation"]).max("output").to_series()
+        weight = abs(ranks["correlation"]).max(dim="output").to_series()
         chosen.sort(key=lambda p: -weight[p])
     left_out, chosen = chosen[_COLUMNS:], chosen[:_COLUMNS]
     size = (1.4 + 2.6 * len(chosen), 1.0 + 2.2 * len(numbers))

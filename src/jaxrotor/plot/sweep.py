@@ -49,7 +49,7 @@ def distributions(
             edges = size * np.geomspace(sound[0], sound[-1], bins + 1)
             left.set_xscale("log")
             right.set_xscale("log")
-        left.hist(size * sound, bins=edges, color=COLOURS[0], alpha=0.75)
+        left.hist(size * sound, bins=edges, histtype="stepfilled", color=COLOURS[0], alpha=0.75)
         share_ = 100 * np.arange(1, sound.size + 1) / sound.size
         right.step(size * sound, share_, where="post", color=COLOURS[0], linewidth=1.4)
         right.set_ylim(-8, 104)
