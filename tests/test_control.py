@@ -309,7 +309,7 @@ def test_derivatives_and_batches_of_sampled_and_neural_loops():
             },
             fixed={"disc": ("x", "y", "z", "psi", "theta")},
         )  # fmt: skip
-        r = jr.simulate(machine, 0.05, 1000.0, turning(), step=5e-4)
+        r = jr.simulate(machine, 0.03, 1000.0, turning(), solver=jr.ETD4RK(), step=5e-4)
         return r["disc"].position[-1, 5] * 1e3 + jnp.sum(r["net"].torque)
 
     x = jnp.array([1.0, 1.2, 0.1])
