@@ -4,7 +4,8 @@ Matyja & Łazarz (2014) show the layout of their machine in a figure alone. Here
 shaft are drawn at random (all splits of 287 mm are equally likely), each machine is run up through its
 critical speed, and asked:
 
-    comparable   the overhung rotor, with a fiftieth of the unbalance, deflects 0.4 to 2.5 times as far as main
+    comparable   the overhung rotor, with a fiftieth of the unbalance, deflects 0.4 to 2.5 times as far as
+                 main
     tilts        it tilts more than main
     self-centres at full speed main's mass centre is half as far from the axis as at its farthest, or less
 

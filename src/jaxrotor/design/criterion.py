@@ -1,5 +1,6 @@
 """What is minimised, and what is bounded."""
 
+import abc
 import dataclasses
 from collections.abc import Callable
 from typing import Any, Literal
@@ -11,11 +12,12 @@ from ..errors import InputError
 Sense = Literal["<=", ">=", "=="]
 
 
-class Judging:
+class Judging(abc.ABC):
     """Sums, multiples and bounds of what judges a design."""
 
+    @abc.abstractmethod
     def criterion(self) -> "Criterion":
-        raise NotImplementedError
+        """What is minimised or bounded of it."""
 
     def __add__(self, other: Any) -> "Criterion":
         return Criterion(self.criterion().terms + as_criterion(other).terms)

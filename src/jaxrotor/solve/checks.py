@@ -120,6 +120,15 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
     return speed
 
 
+def refuse_sampled_whirl(initial: Any, sampled: bool) -> None:
+    """`sampled`: whether a controller of the machine samples."""
+    if isinstance(initial, str) and initial == "steady" and sampled:
+        raise InputError(
+            'initial="steady" needs a motion that repeats with each turn, which a sampling controller has '
+            'not: start "static" or from a State'
+        )
+
+
 def is_driven(machine: Machine) -> bool:
     """Whether the spin of the line, or of a part of it, is given."""
     return any(isinstance(s, AbstractPrescribed) for s in machine.stations) or any(

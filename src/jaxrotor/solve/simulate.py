@@ -16,7 +16,14 @@ from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
 from .adaptive import adaptive_samples, is_smooth, tolerances
-from .checks import check_solver, initial_speed, judge, sample_count, speed_beyond
+from .checks import (
+    check_solver,
+    initial_speed,
+    judge,
+    refuse_sampled_whirl,
+    sample_count,
+    speed_beyond,
+)
 from .equilibrium import resting, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .grid import Grid, Ticking, grid_of
@@ -77,11 +84,7 @@ def simulate(
     words = initial if isinstance(initial, str) else "given state"
     interval = jnp.asarray(1.0 / sample_rate, float)
     grid = grid_of(machine, sample_rate)
-    if grid is not None and initial == "steady":
-        raise InputError(
-            'initial="steady" needs a motion that repeats with each turn, which a sampling controller has '
-            'not: start "static" or from a State'
-        )
+    refuse_sampled_whirl(initial, grid is not None)
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
 
     def run(solver, info, numbers, bar):
@@ -264,10 +267,9 @@ def march_samples(
     every=0,
     ticking: Ticking | None = None,
     watch=None,
-    own=False,
 ) -> Any:
     """The states at the samples by an exponential solver, with everything it needs prepared; or what `watch`
-    keeps of them. `own`: a linear part that the solver brings along is one of `jacobian`."""
+    keeps of them."""
     coarse = samples.shape[0]
     if ticking is not None:
         samples = ticking.fine(samples)
@@ -276,7 +278,7 @@ def march_samples(
         every *= ticking.refine
     at = knots(samples, jumps)
     # of our own A the leading rows, rates of the coordinates, are all there is
-    rows = n_free(system) if solver.linear_part is None or own else 0
+    rows = n_free(system) if solver.linear_part is None else 0
     if isinstance(solver, ETD4RK):
         solver = ETD4RK(solver.substeps, A, at.lengths, rows)
     else:

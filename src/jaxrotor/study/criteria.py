@@ -9,12 +9,13 @@ from ..design.criterion import Constraint, Criterion
 from ..design.experiment import AsBuilt, Transient
 from ..design.measure import AbstractMeasure
 from ..machine.machine import Machine
-from ..units import read, shown
+from ..units import shown
 from .build import FAILED
 from .faults import Faults
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
 from .settings import Simulation
+from .unknowns import read_quantity
 
 _LIMITS = {"at_most": operator.le, "at_least": operator.ge, "equal_to": Criterion.equal_to}
 _OVER = ("worst", "mean")
@@ -47,7 +48,7 @@ class CriteriaReader:
         for place, table in self._tables(tables, "objective"):
             self.faults.unknown_keys(place, table, ("measure", "weight", "over"))
             criterion, _ = self._criterion(table, place)
-            weight = self._number(table.get("weight", 1.0), "", f"{place}: weight")
+            weight = read_quantity(table.get("weight", 1.0), "", f"{place}: weight", self.faults)
             if criterion is not None:
                 parts.append(weight * criterion if weight != 1 else criterion)
         return sum(parts[1:], parts[0]) if parts else None
@@ -64,7 +65,7 @@ class CriteriaReader:
                     place, f"needs one of at_most, at_least and equal_to, but {what} given"
                 )
             elif criterion is not None:
-                limit = self._number(table[given[0]], unit, f"{place}: {given[0]}")
+                limit = read_quantity(table[given[0]], unit, f"{place}: {given[0]}", self.faults)
                 found.append(_LIMITS[given[0]](criterion, limit))
         return tuple(found)
 
@@ -85,13 +86,6 @@ class CriteriaReader:
                     place, f"must be a table, but is {shown(table)}: give it measure = {{ ... }}"
                 )
         return found
-
-    def _number(self, value: Any, unit: str, place: str) -> float:
-        try:
-            return read(value, unit)
-        except ValueError as error:
-            self.faults.sentences.append(f"`{place}` {error}")
-            return 1.0  # goes no further: there is a fault
 
     def _criterion(self, table: dict, place: str) -> tuple[Criterion | None, str]:
         """And its unit."""

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..inverse.bench import Bench
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..solve.checks import initial_speed
+from ..solve.checks import initial_speed, refuse_sampled_whirl
 from ..solve.equilibrium import refuse_unbalanced
 from ..solve.grid import Grid
 from ..solve.simulate import start
@@ -38,14 +38,8 @@ def check_cases(machine: Machine, cases: Cases) -> None:
 
 def check_start(first: Machine, initial: Any, speed: Any, grid: Grid | None) -> None:
     """As `simulate` does, with the first machine."""
-    if not isinstance(initial, str):
-        return
-    if initial == "steady" and grid is not None:
-        raise InputError(
-            'initial="steady" needs a motion that repeats with each turn, which a sampling controller has '
-            'not: start "static" or from a State'
-        )
-    if initial == "static":
+    refuse_sampled_whirl(initial, grid is not None)
+    if isinstance(initial, str) and initial == "static":
         refuse_unbalanced(first, _unbalanced(first, initial, initial_speed(first, initial, speed)))
 
 

@@ -136,7 +136,7 @@ def engine_for(client: Any) -> Engine:
 def computed(setup: Setup, values: dict[str, np.ndarray], steps: int) -> Outcome:
     """A chunk on the devices of this process, as NumPy arrays."""
     if hasattr(setup.solver, "linear_part"):
-        setup = _with_solver(setup, with_count(setup.solver, steps))
+        setup = dataclasses.replace(setup, solver=with_count(setup.solver, steps))
     devices = jax.local_devices()
     batch = {path: np.asarray(x) for path, x in values.items()}
     size = next(iter(batch.values())).size
@@ -151,10 +151,6 @@ def computed(setup: Setup, values: dict[str, np.ndarray], steps: int) -> Outcome
     else:
         found = run_batch(setup, jax.tree.map(jnp.asarray, batch))
     return jax.tree.map(lambda x: np.asarray(x)[:size], found)
-
-
-def _with_solver(setup: Setup, solver: Any) -> Setup:
-    return dataclasses.replace(setup, solver=solver)
 
 
 def _as_numpy(setup: Setup) -> Setup:

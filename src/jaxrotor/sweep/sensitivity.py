@@ -16,7 +16,7 @@ from ..inverse.bench import Bench
 from ..machine.machine import Machine
 from ..solve.simulate import with_count
 from .batch import member
-from .cases import Cases
+from .cases import Cases, as_cases
 from .outputs import OverSpeed, TimeSeries, checked, coordinates, unit_of
 from .planning import NO_STEP
 from .statistics import numbers_of
@@ -205,7 +205,7 @@ def local_slopes(
     parameter (coordinate `per`), NaN for a machine that failed. Where a maximum jumps from one crest to
     another, it is that of the highest.
     """
-    cases = parameters if isinstance(parameters, Cases) else Cases(dict(parameters))
+    cases = as_cases(parameters)
     wanted = checked(outputs)
     bench = Bench(machine, {})
     paths = tuple(cases.values) if paths is None else tuple(paths)
