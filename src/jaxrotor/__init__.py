@@ -75,15 +75,22 @@ from .drive import (
 from .elastic import (
     STEEL as STEEL,
     AbstractCoupling as AbstractCoupling,
+    AbstractCrack as AbstractCrack,
+    AbstractFlaw as AbstractFlaw,
     AbstractLaw as AbstractLaw,
+    Asymmetry as Asymmetry,
     Backlash as Backlash,
     BoucWen as BoucWen,
+    Bow as Bow,
     CoulombClutch as CoulombClutch,
     Coupling as Coupling,
+    Crack as Crack,
     ElasticMatrix as ElasticMatrix,
     FiniteElementShaft as FiniteElementShaft,
+    Flaws as Flaws,
     GearMesh as GearMesh,
     KelvinVoigt as KelvinVoigt,
+    Kink as Kink,
     Material as Material,
     Maxwell as Maxwell,
     Misalignment as Misalignment,
@@ -92,7 +99,9 @@ from .elastic import (
     RigidElementShaft as RigidElementShaft,
     Shaft as Shaft,
     StickSlipClutch as StickSlipClutch,
+    SwitchingCrack as SwitchingCrack,
     TabulatedLaw as TabulatedLaw,
+    keyway as keyway,
 )
 from .errors import InputError as InputError, SimulationFailed as SimulationFailed
 from .inertia import (

@@ -1,12 +1,20 @@
 """What joins two stations."""
 
+from .asymmetry import Asymmetry as Asymmetry, keyway as keyway
+from .bow import Bow as Bow, Kink as Kink
 from .clutch import CoulombClutch as CoulombClutch, StickSlipClutch as StickSlipClutch
 from .coupling import (
     AbstractCoupling as AbstractCoupling,
     Coupling as Coupling,
     Misalignment as Misalignment,
 )
+from .crack import (
+    AbstractCrack as AbstractCrack,
+    Crack as Crack,
+    SwitchingCrack as SwitchingCrack,
+)
 from .finite import FiniteElementShaft as FiniteElementShaft
+from .flaw import AbstractFlaw as AbstractFlaw, Flaws as Flaws
 from .gear import GearMesh as GearMesh
 from .hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
 from .law import (

@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from ..protocol import AbstractElastic, Energetic, Linear, Motion, Signalling, Vec6
+from ..protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Signalling, Vec6
 from .beam import beam_mass, beam_stiffness, shear_coefficient
+from .flaw import AbstractFlaw, Section, as_flaw, flaw_energy, flaw_forces
 from .material import STEEL, ShaftMaterial, as_parameters
 from .twist import TURN, circulatory_forces, spin, twist_forces, twist_torque
 
@@ -22,7 +23,7 @@ class Half(NamedTuple):
     radii_squared: Array
 
 
-class Shaft(AbstractElastic, Linear, Energetic, Signalling):
+class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     """A uniform shaft section between two stations: a Bernoulli beam in both planes, a rod in
     tension and torsion, with Rayleigh damping `C = alpha M + beta K`.
 
@@ -39,6 +40,8 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     - `shear`: whether it yields to shear (Timoshenko; Cowper's coefficient for the section).
     - `twist`: `"invariant"` measures twist by `chi = phi + psi theta/2`, so that turning an
       isotropic machine about z changes nothing; `"paper"` by phi alone, the published law.
+    - `flaw`: what turns with the section and changes how it bends: `Bow`, `Kink`, `Asymmetry`, `Crack`,
+      `SwitchingCrack`, or several. Damping stays that of the sound section.
 
     Signs: dx/dz = +theta, dy/dz = -psi. Sources: Matyja & Łazarz 2014 (section, damping);
     `docs/physics.md` (invariant twist, rotating damping).
@@ -56,6 +59,13 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
     shear: bool = eqx.field(static=True, default=False)
+    flaw: AbstractFlaw | None = eqx.field(
+        converter=as_flaw,
+        default=None,
+        metadata=dict(
+            made_by=["Bow", "Kink", "Asymmetry", "Crack", "SwitchingCrack", "or several (a tuple)"]
+        ),
+    )
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
@@ -65,6 +75,11 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
                 f"inner_diameter must be smaller than the diameter, but is "
                 f"{float(self.inner_diameter):g} against {float(self.diameter):g} m"
             )
+        if isinstance(self.flaw, AbstractFlaw):
+            yield from self.flaw.misfits(self)
+
+    def nominal(self) -> "Shaft":
+        return eqx.tree_at(lambda s: s.flaw, self, None, is_leaf=lambda x: x is None)
 
     def _section(self) -> tuple[Array, Array]:
         """Area (m²) and second moment of area (m⁴; the polar one is twice that)."""
@@ -98,6 +113,20 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         )
         return 12 * m.youngs_modulus * moment / (kappa * m.shear_modulus * area * self.length**2)
 
+    def _sound(self) -> Section:
+        """What a flaw needs to know."""
+        _, moment = self._section()
+        m = self.material
+        return Section(
+            self.length,
+            self.diameter,
+            self.inner_diameter,
+            m.youngs_modulus,
+            m.youngs_modulus / (2 * m.shear_modulus) - 1,
+            m.youngs_modulus * moment,
+            self._yield() if self.shear else jnp.zeros_like(self.length),
+        )
+
     def matrices(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"]]:
         area, moment = self._section()
         rho = self.material.density
@@ -118,6 +147,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
         if self.damping == "rotating":
             B = self.rayleigh[1] * self._stiffness()
             parts.append(circulatory_forces(B, motions, self.twist == "invariant"))
+        if self.flaw is not None:
+            (qa, _), (qb, _) = motions
+            parts.append(flaw_forces(self.flaw, self._sound(), qa, qb, self.twist == "invariant"))
         if not parts:
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
@@ -132,10 +164,13 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling):
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
         (qa, _), (qb, _) = motions
+        beyond = 0.0
+        if self.flaw is not None:
+            beyond = flaw_energy(self.flaw, self._sound(), qa, qb, self.twist == "invariant")
         if self.twist == "invariant":
             qa = qa + jnp.zeros(6).at[5].set(0.5 * qa[3] * qa[4])
             qb = qb + jnp.zeros(6).at[5].set(0.5 * qb[3] * qb[4])
-        return self._strain_energy(qa, qb)
+        return self._strain_energy(qa, qb) + beyond
 
     def _strain_energy(self, a: Vec6, b: Vec6) -> Array:
         """∫ (EI (x''² + y''²) + EA z'² + G Ip phi'²)/2 along the section, by Gauss quadrature."""
