@@ -56,6 +56,23 @@ from .design.optimum import Optimum as Optimum
 from .design.peak import PassageAmplitude as PassageAmplitude, PeakValue as PeakValue
 from .design.settling import SettlingTime as SettlingTime
 from .design.variations import Variations as Variations
+from .diagnose import (
+    Centreline as Centreline,
+    Ellipse as Ellipse,
+    FullSpectrum as FullSpectrum,
+    Orbit as Orbit,
+    OrderTrack as OrderTrack,
+    PoincareSection as PoincareSection,
+    Waterfall as Waterfall,
+    filtered_orbit as filtered_orbit,
+    full_spectrum as full_spectrum,
+    orbit as orbit,
+    order_tracking as order_tracking,
+    poincare as poincare,
+    shaft_centreline as shaft_centreline,
+    turn_instants as turn_instants,
+    waterfall as waterfall,
+)
 from .drive import (
     AbstractMotion as AbstractMotion,
     AbstractSchedule as AbstractSchedule,

@@ -6,6 +6,12 @@ from .design import (
     peaks_before_after as peaks_before_after,
     search_history as search_history,
 )
+from .diagnose import (
+    cascade as cascade,
+    full_spectrum as full_spectrum,
+    order_tracks as order_tracks,
+    waterfall_map as waterfall_map,
+)
 from .forces import bearing_forces as bearing_forces
 from .identification import (
     channel_fits as channel_fits,
@@ -18,6 +24,7 @@ from .linear import campbell_diagram as campbell_diagram, stability_map as stabi
 from .machine import draw_machine as draw_machine
 from .maps import interference_diagram as interference_diagram, support_map as support_map
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration
+from .orbits import centreline as centreline, orbits as orbits, poincare as poincare
 from .paths import distances as distances, trajectories as trajectories
 from .response import bode as bode, polar as polar
 from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars

@@ -1,0 +1,84 @@
+"""Spectra one after the other while the speed changes."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from . import checks
+from .spectra import amplitudes
+
+
+class Waterfall(NamedTuple):
+    """Spectra of consecutive windows: `frequency` (f,), Hz; `speed` (w,), rad/s, the mean in each window;
+    `time` (w,), s, its middle from the first sample; `amplitude` (w, f), in the unit of the signal.
+
+    With two signals it is full: frequencies from negative (backward) to positive, amplitudes are radii.
+    """
+
+    frequency: np.ndarray
+    speed: np.ndarray
+    time: np.ndarray
+    amplitude: np.ndarray
+
+    @property
+    def full(self) -> bool:
+        return bool(self.frequency[0] < 0)
+
+    def along(self, order: float) -> np.ndarray:
+        """(w,): the amplitude at the line nearest to so many times the speed; nan beyond the spectrum."""
+        wanted = order * self.speed / (2 * np.pi)
+        apart = self.frequency[1] - self.frequency[0]
+        nearest = np.round((wanted - self.frequency[0]) / apart).astype(int)
+        inside = (nearest >= 0) & (nearest < self.frequency.size)
+        rows = np.arange(self.speed.size)
+        return np.where(
+            inside, self.amplitude[rows, nearest.clip(0, self.frequency.size - 1)], np.nan
+        )
+
+
+def waterfall(
+    x,
+    speed,
+    sample_rate: float,
+    y=None,
+    segment: int | None = None,
+    overlap: float = 0.5,
+    window: Any = "hann",
+) -> Waterfall:
+    """Spectra of consecutive windows of a run, with the speed of each.
+
+    **Arguments:**
+
+    - `x`: (nt,), a signal of any unit; with `y`, a second one at a right angle, the spectra are full ones
+      (see `full_spectrum`).
+    - `speed`: (nt,), rad/s, at the same samples.
+    - `sample_rate`: Hz.
+    - `segment`: samples in a window, by default a twentieth of the record, 256 at least. Lines lie
+      sample_rate/segment apart.
+    - `overlap`: the part of a window that the next one shares, from 0 to less than 1.
+    - `window`: of `scipy.signal.get_window`.
+
+    Each window's mean is taken out. While the speed changes by dW rad/s within a window, order k is smeared
+    over k dW/(2 pi) Hz and shows too low: shorten the windows, or track orders. Raises `InputError`.
+    """
+    x = checks.signal(x, "x")
+    values = x if y is None else x + 1j * checks.signal(y, "y", like=x)
+    turning = checks.signal(speed, "speed", like=x)
+    size = min(max(256, x.size // 20), x.size)
+    if segment is not None:
+        size = checks.whole(segment, "segment", 8)
+    if size > x.size:
+        raise InputError(
+            f"`segment`: must not exceed the record of {x.size} samples, but is {size}: shorten it"
+        )
+    if not (isinstance(overlap, (int, float)) and 0 <= overlap < 1):
+        raise InputError(
+            f"`overlap`: must be from 0 to less than 1 of a window, but is {overlap!r}"
+        )
+    hop = max(1, round((1 - overlap) * size))
+    starts = np.arange(0, x.size - size + 1, hop)
+    frames = np.lib.stride_tricks.sliding_window_view(values, size)[starts]
+    frequency, found = amplitudes(frames, sample_rate, window)
+    mean = np.lib.stride_tricks.sliding_window_view(turning, size)[starts].mean(axis=1)
+    return Waterfall(frequency, mean, (starts + 0.5 * (size - 1)) / float(sample_rate), found)

@@ -1,0 +1,226 @@
+"""Spectra and orders of a run: full spectrum, waterfall, cascade, tracked orders."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..diagnose import FullSpectrum, OrderTrack, Waterfall
+from .labels import number, readable
+from .style import COLOURS, GREY, figure, label, legend
+
+_HERTZ, _RPM = 1 / (2 * np.pi), 30 / np.pi
+_ORDERS = (0.5, 1.0, 2.0)
+# Below the highest line so much (dB) is not told from nothing.
+_RANGE = 60.0
+# Spectra in a cascade, at most.
+_ROWS = 40
+
+
+def full_spectrum(
+    found: FullSpectrum,
+    speed: float | None = None,
+    orders: Sequence[float] = _ORDERS,
+    unit: str = "m",
+    highest: float | None = None,
+    title: str = "Full spectrum",
+) -> Figure:
+    """Amplitudes of backward (left) and forward whirl (right); with the `speed` (rad/s), dotted lines at so
+    many times it. `highest`: Hz, where the axis ends; by default a little beyond the orders."""
+    fig, axes = figure(1, 1, (9.5, 4.6))
+    ax = axes[0, 0]
+    size, words = readable(unit, found.amplitude)
+    ax.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
+    end = float(np.abs(found.frequency).max())
+    turns = 0.0 if speed is None else abs(float(speed)) * _HERTZ
+    if highest is None and turns and orders:
+        highest = 1.6 * max(orders) * turns
+    end = end if highest is None else min(end, float(highest))
+    ax.set_xlim(-end, end)
+    shown = np.abs(found.frequency) <= end
+    ax.set_ylim(0, 1.12 * size * float(found.amplitude[shown].max()) or 1.0)
+    ax.axvline(0.0, color=GREY, linewidth=0.8)
+    for order in orders if turns else ():
+        for sign in (-1, 1):
+            at = sign * order * turns
+            if abs(at) < end:
+                _marker(ax, at, f"{'−' if sign < 0 else ''}{order:g}×")
+    label(ax, "frequency, Hz:  ← backward | forward →", f"amplitude, {words}")
+    told = "" if speed is None else f", at {number(abs(speed) * _RPM)} rpm"
+    ax.set_title(title + told, fontsize=10, loc="left", pad=16)
+    return fig
+
+
+def _marker(ax: Axes, x: float, words: str) -> None:
+    ax.axvline(x, color=GREY, linestyle=":", linewidth=0.9, zorder=0)
+    ax.annotate(
+        words, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
+        textcoords="offset points", ha="center", va="bottom", fontsize=8, color="#404040",
+    )  # fmt: skip
+
+
+def waterfall_map(
+    found: Waterfall,
+    orders: Sequence[float] = _ORDERS,
+    unit: str = "m",
+    highest: float | None = None,
+    decibel: bool = True,
+    title: str = "Waterfall",
+) -> Figure:
+    """Amplitude by colour over frequency and speed; over time where the speed does not rise or fall
+    throughout. In dB the 60 below the highest are told apart. `highest`: Hz, where the axis ends."""
+    keep, low, high = _frequencies(found, highest)
+    along, axis = _along(found)
+    values = found.amplitude[:, keep]
+    fig, axes = figure(1, 1, (9.5, 6.0))
+    ax = axes[0, 0]
+    size, words = readable(unit, values)
+    what = f"amplitude, {words}"
+    if decibel:
+        top = max(float(values.max()), np.finfo(float).tiny)
+        values = 20 * np.log10(np.maximum(values / top, 10 ** (-_RANGE / 20)))
+        what, size = f"amplitude, dB of {number(size * top)} {words}", 1.0
+    image = ax.pcolormesh(
+        found.frequency[keep], along, size * values, shading="nearest", rasterized=True
+    )
+    fig.colorbar(image, ax=ax, label=what)
+    ax.grid(False)
+    ax.set_xlim(low, high)
+    ax.set_ylim(float(along.min()), float(along.max()))
+    _order_lines(ax, found, along, orders, "white", (low, high))
+    label(ax, _frequency_words(found), axis)
+    ax.set_title(title, fontsize=10, loc="left", pad=16)
+    return fig
+
+
+def cascade(
+    found: Waterfall,
+    orders: Sequence[float] = _ORDERS,
+    unit: str = "m",
+    highest: float | None = None,
+    title: str = "Cascade",
+) -> Figure:
+    """Spectra as lines above each other, each from its speed (or time) on; the bar tells their amplitude.
+    What lies behind a nearer one is hidden."""
+    keep, low, high = _frequencies(found, highest)
+    along, axis = _along(found)
+    rising = np.argsort(along, kind="stable")
+    chosen = rising[np.unique(np.linspace(0, rising.size - 1, _ROWS).round().astype(int))]
+    frequency, values = found.frequency[keep], found.amplitude[chosen][:, keep]
+    top = float(values.max()) or 1.0
+    span = float(np.ptp(along)) or 1.0
+    tall = 0.22 * span / top
+    fig, axes = figure(1, 1, (9.5, 6.4))
+    ax = axes[0, 0]
+    # far ones first: the nearer ones stand before them
+    for k, row in reversed(list(enumerate(chosen))):
+        line = along[row] + tall * values[k]
+        order = 3 - 0.001 * k
+        # the ground stays open: order lines are seen through it
+        ax.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
+        ax.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
+    lowest, upper = (
+        float(along.min()) - 0.02 * span,
+        float((along[chosen] + tall * values.max(axis=1)).max()),
+    )
+    ax.grid(False)
+    ax.set_xlim(low, high)
+    ax.set_ylim(lowest, upper + 0.03 * span)
+    _order_lines(ax, found, along, orders, COLOURS[1], (low, high))
+    size, words = readable(unit, values)
+    bar = _round_below(size * top) / size
+    ax.plot([1.02, 1.02], [along.min(), along.min() + tall * bar], color="black", linewidth=2.5,
+            transform=ax.get_yaxis_transform(), clip_on=False)  # fmt: skip
+    ax.annotate(
+        f"{size * bar:g} {words}", (1.03, along.min() + tall * bar / 2),
+        xycoords=ax.get_yaxis_transform(), va="center", fontsize=9, annotation_clip=False,
+    )  # fmt: skip
+    label(ax, _frequency_words(found), axis)
+    ax.set_title(title, fontsize=10, loc="left", pad=16)
+    return fig
+
+
+def _round_below(x: float) -> float:
+    power = 10.0 ** np.floor(np.log10(x))
+    return next(k * power for k in (5, 2, 1) if k * power <= x * (1 + 1e-9))
+
+
+def _frequencies(found: Waterfall, highest: float | None) -> tuple[np.ndarray, float, float]:
+    top = float(found.frequency.max())
+    top = top if highest is None else min(top, float(highest))
+    low = -top if found.full else 0.0
+    return np.flatnonzero((found.frequency >= low) & (found.frequency <= top)), low, top
+
+
+def _frequency_words(found: Waterfall) -> str:
+    return "frequency, Hz:  ← backward | forward →" if found.full else "frequency, Hz"
+
+
+def _along(found: Waterfall) -> tuple[np.ndarray, str]:
+    steps = np.diff(np.abs(found.speed))
+    slack = 1e-6 * float(np.abs(found.speed).max())
+    changes = float(np.ptp(found.speed)) > slack
+    if changes and (np.all(steps >= -slack) or np.all(steps <= slack)):
+        # a plateau at the end would be a heap of spectra at one place
+        return np.abs(found.speed) * _RPM, "speed, rpm"
+    return found.time, "time, s"
+
+
+def _order_lines(
+    ax: Axes, found: Waterfall, along: np.ndarray, orders: Sequence[float], colour: str, limits
+) -> None:
+    """Lines at so many times the speed, named where they leave the picture."""
+    for order in orders:
+        for sign in (-1, 1) if found.full else (1,):
+            at = sign * order * np.abs(found.speed) * _HERTZ
+            ax.plot(at, along, color=colour, linewidth=0.8, linestyle="--", alpha=0.8, zorder=2)
+            inside = np.flatnonzero((at >= limits[0]) & (at <= limits[1]))
+            if not inside.size:
+                continue
+            last = inside[np.argmax(along[inside])]
+            words = f"{'−' if sign < 0 else ''}{order:g}×"
+            if inside.size == at.size:  # through the top
+                place, shift, across = (at[last], 1.0), (0, 3), "center"
+                where: Any = ("data", "axes fraction")
+            else:  # through a side
+                place = (limits[(sign + 1) // 2], along[last])
+                shift, where, across = (-4 * sign, -2), "data", "right" if sign > 0 else "left"
+            ax.annotate(
+                words, place, xycoords=where, xytext=shift, textcoords="offset points",
+                ha=across, va="bottom" if across == "center" else "top", fontsize=9,
+                color="#404040" if across == "center" else colour, zorder=6,
+            )  # fmt: skip
+
+
+def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order tracking") -> Figure:
+    """Amplitude and phase of each order over the speed. A phase is drawn where its order has a hundredth of
+    its own peak at least, and is not nothing beside the others."""
+    fig, axes = figure(2, 1, (9.0, 6.4), sharex=True)
+    speed = np.abs(found.speed) * _RPM
+    order = np.argsort(speed, kind="stable")
+    size, words = readable(unit, found.magnitude)
+    for k, one in enumerate(found.orders):
+        values = found.amplitude[order, k]
+        magnitude = np.abs(values)
+        colour = COLOURS[k % len(COLOURS)]
+        axes[0, 0].plot(speed[order], size * magnitude, color=colour, label=f"{one:g}×")
+        least = max(0.01 * magnitude.max(), 1e-4 * found.magnitude.max())
+        clear = magnitude >= least
+        phase = np.rad2deg(np.unwrap(np.angle(values)))
+        axes[1, 0].plot(speed[order], np.where(clear, phase, np.nan), color=colour)
+    axes[0, 0].set_ylim(0, None)
+    axes[1, 0].yaxis.set_major_locator(_degrees(axes[1, 0]))
+    axes[0, 0].set_xlim(float(speed.min()), float(speed.max()))
+    label(axes[0, 0], "", f"amplitude, {words}", title)
+    label(axes[1, 0], "speed, rpm", "phase, °")
+    legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return fig
+
+
+def _degrees(ax: Axes) -> Any:
+    from matplotlib.ticker import MultipleLocator
+
+    low, high = ax.get_ylim()
+    return MultipleLocator(next((s for s in (30, 90, 180) if (high - low) / s <= 8), 360))
