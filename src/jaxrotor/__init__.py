@@ -9,13 +9,29 @@ from .attach import (
     Force as Force,
     InductionMotor as InductionMotor,
     KlossMotor as KlossMotor,
+    LawSupport as LawSupport,
     LinearSupport as LinearSupport,
+    Rub as Rub,
     SpeedDependentSupport as SpeedDependentSupport,
     SpeedGovernor as SpeedGovernor,
     SpeedTorque as SpeedTorque,
     Torque as Torque,
     TorsionalDamper as TorsionalDamper,
 )
+from .bearing.journal import (
+    AbstractFilm as AbstractFilm,
+    JournalBearing as JournalBearing,
+    SqueezeFilmDamper as SqueezeFilmDamper,
+    WorkingPoint as WorkingPoint,
+)
+from .bearing.rolling import (
+    AbstractRaceDefect as AbstractRaceDefect,
+    BallDefect as BallDefect,
+    InnerRaceDefect as InnerRaceDefect,
+    OuterRaceDefect as OuterRaceDefect,
+    RollingBearing as RollingBearing,
+)
+from .bearing.table import RadialBearing as RadialBearing
 from .control import (
     PD as PD,
     PI as PI,
@@ -97,6 +113,7 @@ from .elastic import (
     AbstractLaw as AbstractLaw,
     Asymmetry as Asymmetry,
     Backlash as Backlash,
+    Bilinear as Bilinear,
     BoucWen as BoucWen,
     Bow as Bow,
     CoulombClutch as CoulombClutch,
@@ -245,6 +262,7 @@ from .solve.equilibrium import static_equilibrium as static_equilibrium
 from .solve.exponential import ETD4RK as ETD4RK, ExponentialAdams as ExponentialAdams
 from .solve.plan import Plan as Plan, plan as plan
 from .solve.response import Response as Response
+from .solve.rosenbrock import Rosenbrock as Rosenbrock
 from .solve.simulate import simulate as simulate
 from .solve.state import State as State
 from .study import Study as Study, load as load

@@ -193,7 +193,7 @@ class NonSmooth(eqx.Module):
     """Marks an element, or a law inside one, whose force kinks, sticks or stiffens with its state.
 
     The exponential methods are made for smooth forces: a machine with such a part is run by
-    Kvaerno5 unless its user says otherwise.
+    `Rosenbrock` unless its user says otherwise.
     """
 
 

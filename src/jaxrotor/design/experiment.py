@@ -12,7 +12,7 @@ from jaxtyping import Array
 
 from ..errors import InputError
 from ..machine.machine import Machine
-from ..solve.adaptive import is_smooth
+from ..solve.adaptive import solver_for
 from ..solve.checks import is_driven
 from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
@@ -116,9 +116,7 @@ class Transient(AbstractExperiment):
         machine = self.machine(machine)
         if self.variations is not None:
             self.variations.check(machine)
-        solver, step, adjoint = self.solver, self.step, self.adjoint
-        if solver is None and not is_smooth(machine):
-            solver = diffrax.Kvaerno5()
+        solver, step, adjoint = solver_for(machine, self.solver), self.step, self.adjoint
         adaptive = solver is not None and not isinstance(solver, AbstractExponential)
         if adaptive and adjoint is None:
             adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()

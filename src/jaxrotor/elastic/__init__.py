@@ -1,6 +1,7 @@
 """What joins two stations."""
 
 from .asymmetry import Asymmetry as Asymmetry, keyway as keyway
+from .bilinear import Bilinear as Bilinear
 from .bow import Bow as Bow, Kink as Kink
 from .clutch import CoulombClutch as CoulombClutch, StickSlipClutch as StickSlipClutch
 from .coupling import (

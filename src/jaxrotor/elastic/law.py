@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from ..parameter import parameter
 from ..protocol import NonSmooth
+from ..touch import area, contact, depth
 
 Scalar = Float[Array, ""]
 States = Float[Array, " k"]
@@ -124,39 +125,21 @@ class Backlash(AbstractLaw, NonSmooth):
         """How far beyond either face."""
         return x - 0.5 * self.gap, -x - 0.5 * self.gap
 
-    def _width(self) -> Array:
-        return jnp.where(self.smoothing > 0, self.smoothing, 1.0)
-
-    def _contact(self, u) -> Array:
-        """0 in free play, 1 in contact."""
-        smooth = jnp.clip(0.5 * (1 + u / self._width()), 0.0, 1.0)
-        return jnp.where(self.smoothing > 0, smooth, jnp.where(u > 0, 1.0, 0.0))
-
-    def _depth(self, u) -> Array:
-        """The integral of `_contact`."""
-        w = self.smoothing
-        rising = (u + w) ** 2 / (4 * self._width())
-        return jnp.where(u >= w, u, jnp.where(u > -w, rising, 0.0))
-
-    def _area(self, u) -> Array:
-        """The integral of `_depth`."""
-        w = self.smoothing
-        rising = (u + w) ** 3 / (12 * self._width())
-        return jnp.where(u >= w, 0.5 * u**2 + w**2 / 6, jnp.where(u > -w, rising, 0.0))
-
     def force(self, t, x, v, state):
         right, left = self._beyond(x)
-        touching = self._contact(right) + self._contact(left)
-        spring = self.stiffness * (self._depth(right) - self._depth(left))
+        touching = contact(right, self.smoothing) + contact(left, self.smoothing)
+        spring = self.stiffness * (depth(right, self.smoothing) - depth(left, self.smoothing))
         return spring + self.damping * touching * v
 
     def energy(self, t, x, state):
         right, left = self._beyond(x)
-        return self.stiffness * (self._area(right) + self._area(left))
+        return self.stiffness * (area(right, self.smoothing) + area(left, self.smoothing))
 
     def power_lost(self, t, x, v, state):
         right, left = self._beyond(x)
-        return self.damping * (self._contact(right) + self._contact(left)) * v**2
+        return (
+            self.damping * (contact(right, self.smoothing) + contact(left, self.smoothing)) * v**2
+        )
 
 
 class Parallel(AbstractLaw):

@@ -4,13 +4,12 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import diffrax
 import numpy as np
 
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.record import Record
-from ..solve.adaptive import is_smooth
+from ..solve.adaptive import solver_for
 from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
 from ..solve.simulate import Initial
@@ -41,9 +40,7 @@ class Trial:
         if rate is None:
             rate = max(1.0 / float(np.median(np.diff(s.t))) for s in self.record.series.values())
         machine = machine.set(self.conditions)
-        solver, step = self.solver, self.step
-        if solver is None and not is_smooth(machine):
-            solver = diffrax.Kvaerno5()
+        solver, step = solver_for(machine, self.solver), self.step
         if step is None and (solver is None or isinstance(solver, AbstractExponential)):
             step = plan(machine, self.record.end + 2 / rate, rate, self.speed)
         return dataclasses.replace(self, sample_rate=float(rate), step=step, solver=solver)

@@ -18,6 +18,7 @@ from ..solve.adaptive import adaptive_samples, is_smooth, tolerances
 from ..solve.checks import initial_speed, sample_count
 from ..solve.grid import Ticking, grid_of
 from ..solve.plan import Plan, plan as make_plan
+from ..solve.rosenbrock import Rosenbrock
 from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
 
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
@@ -70,7 +71,7 @@ def energy_audit(
     `height_energy`, which are written apart from their forces, so a balance means something. An
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
     for `simulate`, but the step is planned for an error of 1e-6; a machine that is not smooth is run by
-    Kvaerno5 to `rtol`, unless a step is given. Raises `InputError` where an elastic
+    `Rosenbrock` to `rtol`, unless a step is given. Raises `InputError` where an elastic
     element keeps no account of its energy.
     """
     machine.check()
@@ -112,7 +113,7 @@ def _audit(machine, initial, speed, solver, interval, count, number, grid) -> En
     if solver is None:
         relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
         y, _ = adaptive_samples(
-            diffrax.Kvaerno5(),
+            Rosenbrock(),
             terms,
             samples,
             jumps,

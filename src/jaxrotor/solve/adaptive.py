@@ -12,6 +12,7 @@ from ..machine.machine import Machine
 from ..machine.system import System
 from ..protocol import NonSmooth
 from .grid import Ticking
+from .rosenbrock import Rosenbrock
 
 _MOST_STEPS = 2**22
 
@@ -20,6 +21,11 @@ def is_smooth(machine: Machine) -> bool:
     """Whether no part of it, nor a law inside one, kinks, sticks or stiffens with its state."""
     parts = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, NonSmooth))
     return not any(isinstance(part, NonSmooth) for part in parts)
+
+
+def solver_for(machine: Machine, solver: Any) -> Any:
+    """`solver`; where none is given, the one for stiff forces if the machine has such, else none."""
+    return Rosenbrock() if solver is None and not is_smooth(machine) else solver
 
 
 def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:

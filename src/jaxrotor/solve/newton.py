@@ -6,6 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+# A step is halved at most so often.
+_HALVINGS = 30
 # Singular values below this part of the largest count as a free motion, along which nothing moves.
 FREE_MOTION = 1e-11
 
@@ -30,8 +32,9 @@ def newton_root(
     """A root near `start`, differentiable in both modes by the implicit function theorem.
 
     It stops when the step no longer changes the solution by more than `rtol` of its size, or after
-    `iterations`; the caller checks the residual. Where the Jacobian is singular (free motions) the
-    least step is taken, so a free coordinate stays where it started.
+    `iterations`; the caller checks the residual. A step that leads out of the finite numbers (through the
+    wall of a bearing) or to a larger residual is halved until it does not. Where the Jacobian is singular
+    (free motions) the least step is taken, so a free coordinate stays where it started.
     """
 
     def solve(f, x):
@@ -43,7 +46,25 @@ def newton_root(
             x, _, i = carry
             jacobian, value = jax.jacfwd(lambda x: (f(x),) * 2, has_aux=True)(x)
             step = solve_linear(jacobian, value)
-            return x - step, step, i + 1
+            rows = jnp.max(jnp.abs(jacobian), axis=1)
+            rows = jnp.where(rows > 0, rows, 1.0)
+
+            def size(value):
+                return jnp.max(jnp.abs(value) / rows)
+
+            # rounding makes a residual neither smaller nor larger: that much more is let pass
+            most = 2 * size(value)
+
+            def too_far(carry):
+                share, left, k = carry
+                return ~(left <= most) & (k < _HALVINGS)
+
+            def halve(carry):
+                share, _, k = carry
+                return 0.5 * share, size(f(x - 0.5 * share * step)), k + 1
+
+            share, _, _ = jax.lax.while_loop(too_far, halve, (1.0, size(f(x - step)), 0))
+            return x - share * step, share * step, i + 1
 
         x, _, _ = jax.lax.while_loop(going, once, (x, jnp.full_like(x, jnp.inf), 0))
         return x

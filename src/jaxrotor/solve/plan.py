@@ -93,7 +93,7 @@ def plan(
         raise InputError(
             f"no step was found that keeps the error below {tolerance:g}: at {substeps} steps a "
             f"sample the pilot still differs by {error:.1e}; raise the sample rate, or choose a "
-            "solver for stiff nonlinearity such as diffrax.Kvaerno5()"
+            "solver for stiff nonlinearity such as jr.Rosenbrock()"
         )
     return Plan(substeps, order, 0.5 * top, top, error, tolerance)
 

@@ -15,7 +15,7 @@ from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
-from .adaptive import adaptive_samples, is_smooth, tolerances
+from .adaptive import adaptive_samples, solver_for, tolerances
 from .checks import (
     check_solver,
     initial_speed,
@@ -63,9 +63,9 @@ def simulate(
     - `speed`: rad/s, of the whole line at the start. A driven line starts with its drive; there it
       may be left out. A `State` brings its own.
     - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
-      clutch, a limited governor) `diffrax.Kvaerno5`; any solver of diffrax may be given. `ETD4RK` and
-      `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol` (SI; of
-      a free spin's angle `rtol` counts in rad).
+      clutch, a limited governor, an oil film, a rub) `Rosenbrock`; any solver of diffrax may be given.
+      `ETD4RK` and `ExponentialAdams` step onto the samples; others adapt their step to `rtol` and `atol`
+      (SI; of a free spin's angle `rtol` counts in rad).
     - `step`: for the exponential solvers, a `Plan` or a largest step in s. By default `jr.plan`
       chooses; inside `jit` or `vmap` it must be given.
     - `adjoint`: of diffrax, for the other solvers, whose default knows reverse mode alone: give
@@ -115,8 +115,7 @@ def simulate(
         )
         return Response(machine, jnp.arange(count) * interval, y, info), checks
 
-    if solver is None and not is_smooth(machine):
-        solver = diffrax.Kvaerno5()
+    solver = solver_for(machine, solver)
     if solver is None or isinstance(solver, (ExponentialAdams, ETD4RK)):
         chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
         for _ in range(_PLANS):

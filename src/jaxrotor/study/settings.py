@@ -43,7 +43,10 @@ class Simulation(Section):
     sample_rate: Rate
     initial: Literal["static", "steady", "undeformed"] = "static"
     speed: Speed | None = None
-    solver: Literal["ExponentialAdams", "ETD4RK", "Kvaerno3", "Kvaerno4", "Kvaerno5"] | None = None
+    solver: (
+        Literal["ExponentialAdams", "ETD4RK", "Rosenbrock", "Kvaerno3", "Kvaerno4", "Kvaerno5"]
+        | None
+    ) = None
     order: Literal[2, 3, 4, 5, 6, 7] | None = None
     step: Time | None = None
     rtol: Tolerance | None = None
@@ -54,6 +57,7 @@ class Simulation(Section):
         import diffrax
 
         from ..solve.exponential import ETD4RK, ExponentialAdams
+        from ..solve.rosenbrock import Rosenbrock
 
         given = self.model_dump(exclude_none=True)
         order, name = given.pop("order", None), given.pop("solver", None)
@@ -63,7 +67,12 @@ class Simulation(Section):
             return given | {
                 "solver": ExponentialAdams() if order is None else ExponentialAdams(order)
             }
-        return given | {"solver": ETD4RK() if name == "ETD4RK" else getattr(diffrax, name)()}
+        own = {"ETD4RK": ETD4RK, "Rosenbrock": Rosenbrock}
+        return given | {"solver": (own.get(name) or getattr(diffrax, name))()}
+
+
+# Solvers that step onto the samples, at a length given or planned; where none is named it may be either.
+_STEPPING = (None, "ExponentialAdams", "ETD4RK")
 
 
 def check_simulation(settings: Simulation, faults: Faults) -> None:
@@ -81,10 +90,10 @@ def check_simulation(settings: Simulation, faults: Faults) -> None:
             "remove order",
         )
     for name in ("rtol", "atol"):
-        if getattr(settings, name) is not None and "Kvaerno" not in (settings.solver or ""):
+        if getattr(settings, name) is not None and settings.solver in _STEPPING:
             faults.add(
                 "simulation",
-                f'{name} goes with an adaptive solver such as "Kvaerno5", but that is '
+                f'{name} goes with an adaptive solver such as "Rosenbrock", but that is '
                 f'"{settings.solver or "ExponentialAdams"}": remove {name}, or give step',
             )
 

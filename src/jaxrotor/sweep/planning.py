@@ -170,7 +170,7 @@ def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
             break
     reason = (
         f"no step was found that keeps the error below {plan.tolerance:g}: raise the sample rate, give a "
-        "step, or choose a solver for stiff nonlinearity such as diffrax.Kvaerno5()"
+        "step, or choose a solver for stiff nonlinearity such as jr.Rosenbrock()"
     )
     if (found == NO_STEP).all():
         raise InputError(f"cases: {reason}")

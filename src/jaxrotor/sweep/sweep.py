@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import diffrax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
@@ -17,7 +16,7 @@ from tqdm import tqdm
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..parameter import require_x64
-from ..solve.adaptive import is_smooth
+from ..solve.adaptive import solver_for
 from ..solve.checks import check_solver, initial_speed, sample_count
 from ..solve.exponential import ETD4RK, ExponentialAdams
 from ..solve.grid import grid_of
@@ -124,8 +123,7 @@ def _asked(
     check_names(wanted, cases)
     check_cases(machine, cases)
     runs = any(needs_run(one) for one in wanted.values())
-    if solver is None and not is_smooth(machine):
-        solver = diffrax.Kvaerno5()
+    solver = solver_for(machine, solver)
     exponential = solver is None or isinstance(solver, (ExponentialAdams, ETD4RK))
     if isinstance(step, Plan) and not exponential:
         raise InputError("a Plan is for the exponential solvers: give a step in s, or none")

@@ -1,0 +1,1 @@
+"""Bearings whose force is not linear: oil films and rolling contacts."""

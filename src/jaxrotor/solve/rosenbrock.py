@@ -1,0 +1,95 @@
+"""A linearly implicit method for stiff forces: one Jacobian and one inverse a step, no Newton iteration."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import diffrax
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..machine.field import n_free
+from . import rodas5p as tableau
+
+
+class _Dense(diffrax.AbstractLocalInterpolation):
+    """The state within a step, of order four."""
+
+    t0: Any
+    t1: Any
+    y0: Float[Array, " d"]
+    y1: Float[Array, " d"]
+    bend: Float[Array, "3 d"]
+
+    def evaluate(self, t0, t1=None, left: bool = True):
+        if t1 is not None:
+            return self.evaluate(t1) - self.evaluate(t0)
+        length = self.t1 - self.t0
+        s = (t0 - self.t0) / jnp.where(length == 0, 1.0, length)
+        h = self.bend
+        return (1 - s) * self.y0 + s * (self.y1 + (1 - s) * (h[0] + s * (h[1] + s * h[2])))
+
+
+class Rosenbrock(diffrax.AbstractAdaptiveSolver):
+    """Rodas5P (Steinebach 2023): fifth order, L-stable, for machines whose forces stiffen with the state:
+    contact, fluid films, backlash.
+
+    Each step takes the exact Jacobian of the vector field once, eight evaluations, and one inverse of the
+    size of the rates and internal states alone: coordinates are eliminated by `u' = s`. No iteration can
+    fail to converge. `y(s)` within a step is of order four. Made for `jr.simulate(...,
+    solver=jr.Rosenbrock())`, where `rtol` and `atol` choose the step, or `step` fixes it; its vector field
+    is a machine's.
+    """
+
+    term_structure: ClassVar = diffrax.AbstractTerm
+    interpolation_cls: ClassVar[Callable[..., _Dense]] = _Dense
+
+    def order(self, terms) -> int:
+        return 5
+
+    def init(self, terms, t0, t1, y0, args):
+        return None
+
+    def func(self, terms, t0, y0, args):
+        return terms.vf(t0, y0, args)
+
+    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+        h = jnp.asarray(t1 - t0)
+        n = n_free(args)
+        d = y0.shape[0]
+
+        def field(ty: Array):
+            value: Any = terms.vf(ty[0], ty[1:], args)
+            return value, value
+
+        J, first = jax.jacfwd(field, has_aux=True)(jnp.concatenate([jnp.asarray(t0)[None], y0]))
+        solve = _eliminated(J[:, 1:], h, n)
+        increments = jnp.zeros((8, d))
+        y = y0
+        for i in range(8):
+            y = y0 + tableau.A[i] @ increments
+            value: Any = first if i == 0 else terms.vf(t0 + tableau.TIMES[i] * h, y, args)
+            right = value + tableau.C[i] @ increments / h
+            if tableau.DT[i]:
+                right = right + tableau.DT[i] * h * J[:, 0]
+            increments = increments.at[i].set(solve(right))
+        y1 = y + increments[7]
+        dense = dict(y0=y0, y1=y1, bend=tableau.DENSE @ increments)
+        return y1, increments[7], dense, None, diffrax.RESULTS.successful
+
+
+def _eliminated(J: Float[Array, "d d"], h: Array, n: int) -> Callable[[Array], Array]:
+    """`(1/(gamma h) - J)^-1`, where the first n rows of J say `u' = s`, s the next n entries."""
+    g = tableau.GAMMA * h
+    lower = J[n:]
+    stiff, rest = lower[:, :n], lower[:, n:]
+    size = rest.shape[1]
+    matrix = jnp.eye(size) / g - rest - g * jnp.pad(stiff, ((0, 0), (0, size - n)))
+    inverse = jnp.linalg.inv(matrix)
+
+    def solve(right):
+        first, others = right[:n], right[n:]
+        others = inverse @ (others + g * (stiff @ first))
+        return jnp.concatenate([g * (first + others[:n]), others])
+
+    return solve
