@@ -1,10 +1,14 @@
 """Spectra, orders, orbits and sections of signals whose make-up is known."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import jaxrotor as jr
 from jaxrotor import plot
+from jaxrotor.design.measure import Seen
 from jaxrotor.diagnose import ellipse
 
 RATE = 5000.0
@@ -317,3 +321,136 @@ def test_figures():
     ax = plot.poincare(section).axes[0]
     np.testing.assert_allclose(ax.collections[0].get_offsets()[:, 0], 1e6 * section.x)
     assert "repeats each turn" in ax.get_title(loc="left")
+
+
+# Runs: against the linear response, and against the motion integrated by another program.
+
+
+def test_the_tracked_order_of_a_run_is_the_linear_response():
+    speed, rate = 300.0, 1000.0
+    machine = jr.Machine(
+        {
+            "disc": jr.Rotor(2.0, 0.02, 0.012, unbalance=jr.Unbalance(2e-5)),
+            "support": jr.LinearSupport([1.2e5, 2.5e5, 1e5, 1e3, 1e3, 0], [60, 90, 1, 1, 1, 0]),
+        },
+        {"support": "disc"},
+        prescribed={"disc": {"phi": jr.ConstantSpeed(speed)}},
+    )
+    run = jr.simulate(machine, 0.25, rate, initial="steady", speed=speed)["disc"]
+    linear = np.asarray(jr.unbalance_response(machine, ["disc.x", "disc.y"], [speed]).values[0])
+    found = jr.filtered_orbit(run.x, run.y, run.phi, rate)
+    np.testing.assert_allclose(found.amplitude[0], linear, rtol=2e-6)
+    assert found.ellipse().precession == -1  # between the two critical speeds, 245 and 354 rad/s
+    full = jr.full_spectrum(run.x, run.y, rate, "flattop")
+    lines = [full.peak(*sorted((s * 30, s * 70)))[1] for s in (1, -1)]
+    one = found.ellipse()
+    np.testing.assert_allclose(lines, [abs(one.forward), abs(one.backward)], rtol=2e-3)
+
+
+class Duffing(jr.AbstractAttachment):
+    """Spring k1 x + k3 x³ and damper c along x."""
+
+    k1: jax.Array = jr.parameter("N/m")
+    k3: jax.Array = jr.parameter("N/m^3")
+    c: jax.Array = jr.parameter("N*s/m")
+
+    def forces(self, t, motions, state):
+        ((q, v),) = motions
+        force = self.k1 * q[0] + self.k3 * q[0] ** 3 + self.c * v[0]
+        return (jnp.zeros(6).at[0].set(-force),)
+
+
+def double_well(drive=None):
+    """x'' + 0.3 x' - x + x³ = e w² cos wt."""
+    return jr.Machine(
+        {
+            "disc": jr.Rotor(1.0, 1.0, 1.0, unbalance=jr.Unbalance(0.2)),
+            "well": Duffing(-1.0, 1.0, 0.3),
+        },
+        {"well": "disc"},
+        prescribed={"disc": {"phi": drive or jr.ConstantSpeed(1.2)}},
+        fixed={"disc": ["y", "z", "psi", "theta"]},
+    )
+
+
+PROBE = jr.ProximityProbe("disc", 0.0)
+
+
+def test_bifurcations_of_the_double_well():
+    """Periods 1, 2 and 4 at forces of 0.2, 0.28 and 0.29 N and 1.2 rad/s (Jordan, Smith, Nonlinear Ordinary
+    Differential Equations, 2007, 13.3), and another speed; the points by scipy's DOP853."""
+    speed, force = np.array([1.2, 1.2, 1.2, 1.5]), np.array([0.2, 0.28, 0.29, 0.2])
+    drop, keep, phase = 100, 16, 0.6
+    cases = {"disc.phi.speed": speed, "disc.unbalance.eccentricity": force / speed**2}
+    found = jr.bifurcation(
+        double_well(), cases, PROBE, "disc",
+        drop=drop, keep=keep, phase=phase, initial="undeformed", progress=False,
+    )  # fmt: skip
+    assert found.period().tolist() == [1, 2, 4, 1]
+    assert not np.any(found.failure != "") and found.path_unit == "rad/s" and found.unit == "m"
+    np.testing.assert_allclose(found.speed, speed)
+    end = (drop + keep + 1) * TURN / 1.2  # of the slowest, whose time all run
+    for w, f, points in zip(speed, force, found.points):
+        last = np.floor((w * end - phase) / TURN + 1e-9)
+        marks = (TURN * (last - np.arange(keep)[::-1]) + phase) / w
+
+        def rates(t, y, w=w, f=f):
+            return [y[1], f * np.cos(w * t) - 0.3 * y[1] + y[0] - y[0] ** 3]
+
+        exact = solve_ivp(
+            rates, (0, end), [0, 0], method="DOP853", rtol=1e-11, atol=1e-12, t_eval=marks
+        )
+        np.testing.assert_allclose(points, exact.y[0], atol=3e-5)
+    ax = plot.bifurcation(found, "x").axes[0]
+    np.testing.assert_allclose(ax.lines[0].get_xdata()[:keep], 1.2 * 30 / np.pi)
+    assert ax.get_xlabel() == "speed, rpm" and ax.get_ylabel() == "x once a turn, mm"
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_sections_inside_a_run_and_their_derivatives(sense):
+    once = jr.OnceATurn(PROBE, "disc", 5, 0.7)
+    t = jnp.arange(400) * 0.01
+    marks = sense * 0.7 + TURN * np.arange(2, 7)  # the last before the end at 3.99 s, w = 10 rad/s
+
+    def points(values):
+        w, a = values
+        seen = Seen(t, once.sensors(), (jnp.cos(a * t), sense * w * t))
+        return once(seen)
+
+    at = jnp.array([10.0, 7.0])
+    np.testing.assert_allclose(points(at), np.cos(7.0 * marks / 10.0), atol=1e-9)
+    slopes = -np.sin(0.7 * marks)[:, None] * np.stack([-7.0 * marks / 100, marks / 10], axis=1)
+    for derivative in (jax.jacfwd, jax.jacrev):
+        np.testing.assert_allclose(derivative(points)(at), slopes, atol=1e-7)
+    few = jr.OnceATurn(PROBE, "disc", 9, 0.7)
+    found = few(Seen(t, few.sensors(), (jnp.cos(t), sense * 10.0 * t)))
+    assert np.isnan(found).sum() == (2 if sense > 0 else 3)
+
+
+def test_bifurcations_refuse():
+    speeds = {"disc.phi.speed": [1.0, 2.0]}
+    free = jr.Machine(
+        {"disc": jr.Rotor(1.0, 1.0, 1.0), "well": Duffing(1.0, 1.0, 0.3)}, {"well": "disc"}
+    )
+    ramp = double_well(jr.CosineRamp(speed=2.0, duration=1.0))
+    cases = [
+        (lambda: jr.bifurcation(free, {"disc.mass": [1.0]}, PROBE, "disc"), "must have a drive"),
+        (lambda: jr.bifurcation(ramp, {"disc.mass": [1.0]}, PROBE, "disc"), "at constant speed"),
+        (
+            lambda: jr.bifurcation(double_well(), {"disc.phi.speed": [1.0, 0.0]}, PROBE, "disc"),
+            "case 2",
+        ),
+        (
+            lambda: jr.bifurcation(double_well(), speeds, "x", "disc"),
+            "`quantity`: must be a sensor",
+        ),
+        (
+            lambda: jr.bifurcation(double_well(), speeds, PROBE, "disk"),
+            "`shaft`: there is no station `disk`",
+        ),
+        (lambda: jr.bifurcation(double_well(), speeds, PROBE, "disc", keep=1), "`keep`: must be"),
+        (lambda: jr.OnceATurn(PROBE, "disc", 0), "keep must be 1 or more"),
+    ]
+    for call, words in cases:
+        with pytest.raises(jr.InputError, match=words):
+            call()

@@ -73,13 +73,16 @@ from .design.peak import PassageAmplitude as PassageAmplitude, PeakValue as Peak
 from .design.settling import SettlingTime as SettlingTime
 from .design.variations import Variations as Variations
 from .diagnose import (
+    Bifurcation as Bifurcation,
     Centreline as Centreline,
     Ellipse as Ellipse,
     FullSpectrum as FullSpectrum,
+    OnceATurn as OnceATurn,
     Orbit as Orbit,
     OrderTrack as OrderTrack,
     PoincareSection as PoincareSection,
     Waterfall as Waterfall,
+    bifurcation as bifurcation,
     filtered_orbit as filtered_orbit,
     full_spectrum as full_spectrum,
     orbit as orbit,

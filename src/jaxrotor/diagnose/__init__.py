@@ -1,6 +1,8 @@
 """Diagnostics of sampled vibration: spectra, orders, orbits, sections; NumPy in, NumPy out."""
 
+from .bifurcation import Bifurcation as Bifurcation, bifurcation as bifurcation
 from .centreline import Centreline as Centreline, shaft_centreline as shaft_centreline
+from .once import OnceATurn as OnceATurn
 from .orbit import (
     Ellipse as Ellipse,
     Orbit as Orbit,

@@ -24,7 +24,12 @@ from .linear import campbell_diagram as campbell_diagram, stability_map as stabi
 from .machine import draw_machine as draw_machine
 from .maps import interference_diagram as interference_diagram, support_map as support_map
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration
-from .orbits import centreline as centreline, orbits as orbits, poincare as poincare
+from .orbits import (
+    bifurcation as bifurcation,
+    centreline as centreline,
+    orbits as orbits,
+    poincare as poincare,
+)
 from .paths import distances as distances, trajectories as trajectories
 from .response import bode as bode, polar as polar
 from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars

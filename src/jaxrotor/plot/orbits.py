@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..diagnose import Centreline, Orbit, PoincareSection
+from ..diagnose import Bifurcation, Centreline, Orbit, PoincareSection
 from .labels import number, readable
 from .style import COLOURS, GREY, figure, label
 
@@ -20,7 +20,7 @@ def orbits(found: Mapping[str, Orbit], unit: str = "m", title: str = "") -> Figu
 
     Each turn begins with a dot, where the keyphasor's mark passes, after a short blank (blank-bright); the
     arrow has the direction of motion. Of an orbit of one order the ellipse is told."""
-    fig, axes = figure(1, len(found), (1.0 + 4.4 * len(found), 5.0))
+    fig, axes = figure(1, len(found), (0.8 + 4.4 * len(found), 5.3))
     reach = 1.15 * max(float(np.abs([o.x, o.y]).max()) for o in found.values()) or 1.0
     size, words = readable(unit, [reach])
     for k, (ax, (name, one)) in enumerate(zip(axes[0], found.items())):
@@ -32,7 +32,7 @@ def orbits(found: Mapping[str, Orbit], unit: str = "m", title: str = "") -> Figu
         label(ax, f"x, {words}", f"y, {words}" if k == 0 else "", f"{name}{told}")
     speed = next(iter(found.values())).speed
     heading = f"{title or 'Orbit'} at {number(abs(speed) * _RPM)} rpm, about its mean"
-    fig.suptitle(heading, fontsize=11, x=0.01, ha="left")
+    fig.suptitle(heading, fontsize=11)
     return fig
 
 
@@ -125,4 +125,26 @@ def poincare(
     words = {0: "no short period", 1: "repeats each turn"}.get(told, f"repeats after {told} turns")
     label(ax, f"{names[0]}, {x_words}", f"{names[1]}, {v_words}")
     ax.set_title(f"{title}: {x.size} turns, {words}", fontsize=10, loc="left")
+    return fig
+
+
+def bifurcation(found: Bifurcation, name: str = "", title: str = "Bifurcation diagram") -> Figure:
+    """The quantity (`name` for its axis) once a turn over the parameter: one point above a value where the
+    motion repeats each turn, p where it repeats after p, a smear where it does not."""
+    fig, axes = figure(1, 1, (9.5, 5.6))
+    ax = axes[0, 0]
+    turning = found.path_unit == "rad/s" and np.array_equal(found.values, found.speed)
+    x_size, x_words = readable(found.path_unit, found.values)
+    size, words = readable(found.unit, found.points)
+    along = np.repeat(x_size * found.values, found.points.shape[1])
+    many = 2.5e5 / max(along.size, 1)  # points that share the picture
+    ax.plot(along, size * found.points.ravel(), "o", color=COLOURS[0], linestyle="none",
+            markersize=float(np.clip(np.sqrt(many) / 2, 0.8, 4.0)), markeredgewidth=0,
+            alpha=float(np.clip(many / 20, 0.3, 0.9)), rasterized=True)  # fmt: skip
+    where = "speed" if turning else found.path
+    name = name or "quantity"
+    label(ax, f"{where}, {x_words}" if x_words else where, f"{name} once a turn, {words}")
+    failed = int(np.count_nonzero(found.failure != ""))
+    told = f" ({failed} runs failed)" if failed else ""
+    ax.set_title(f"{title}: {found.points.shape[1]} turns a run{told}", fontsize=10, loc="left")
     return fig
