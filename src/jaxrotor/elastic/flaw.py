@@ -78,7 +78,8 @@ class Flaws(AbstractFlaw):
 
     def misfits(self, shaft):
         for part in self.parts:
-            yield from part.misfits(shaft)
+            if isinstance(part, AbstractFlaw):  # what is none is refused by name
+                yield from part.misfits(shaft)
 
     def shape(self, section):
         return _sum(part.shape(section) for part in self.parts)
