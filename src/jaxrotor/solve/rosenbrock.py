@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import diffrax
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..machine.field import n_free
@@ -64,16 +65,18 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver):
 
         J, first = jax.jacfwd(field, has_aux=True)(jnp.concatenate([jnp.asarray(t0)[None], y0]))
         solve = _eliminated(J[:, 1:], h, n)
-        increments = jnp.zeros((8, d))
-        y = y0
-        for i in range(8):
-            y = y0 + tableau.A[i] @ increments
-            value: Any = first if i == 0 else terms.vf(t0 + tableau.TIMES[i] * h, y, args)
-            right = value + tableau.C[i] @ increments / h
-            if tableau.DT[i]:
-                right = right + tableau.DT[i] * h * J[:, 0]
-            increments = increments.at[i].set(solve(right))
-        y1 = y + increments[7]
+
+        # a loop, for the field's program stands in it once
+        def stage(increments, row):
+            i, A, C, time, share = row
+            value: Any = terms.vf(t0 + time * h, y0 + A @ increments, args)
+            found = solve(value + C @ increments / h + share * h * J[:, 0])
+            return increments.at[i].set(found), None
+
+        increments = jnp.zeros((8, d)).at[0].set(solve(first + tableau.DT[0] * h * J[:, 0]))
+        rows = (np.arange(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
+        increments, _ = jax.lax.scan(stage, increments, jax.tree.map(lambda x: x[1:], rows))
+        y1 = y0 + tableau.A[7] @ increments + increments[7]
         dense = dict(y0=y0, y1=y1, bend=tableau.DENSE @ increments)
         return y1, increments[7], dense, None, diffrax.RESULTS.successful
 
