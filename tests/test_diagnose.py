@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,9 +11,17 @@ import jaxrotor as jr
 from jaxrotor import plot
 from jaxrotor.design.measure import Seen
 from jaxrotor.diagnose import ellipse
+from jaxrotor.report.diagnosis import diagnosis
+from jaxrotor.study.diagnosis import KINDS, Diagnosis
 
 RATE = 5000.0
 TURN = 2 * np.pi
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    yield
+    plt.close("all")
 
 
 def run_up(sense=1.0, start=20.0, rate=30.0, seconds=6.0):
@@ -309,7 +318,7 @@ def test_figures():
     track = jr.order_tracking(x, phi, RATE, (1, 2))
     top, bottom = plot.order_tracks(track).axes
     np.testing.assert_allclose(top.lines[0].get_ydata(), 10.0, rtol=1e-6)
-    assert np.isnan(bottom.lines[1].get_ydata()).all()  # 2x is nothing: it has no phase
+    assert np.all(np.isnan(bottom.lines[1].get_ydata()))  # 2x is nothing: it has no phase
 
     one = jr.filtered_orbit(x, y, phi, RATE)
     fig = plot.orbits({"all": jr.orbit(x, y, phi, RATE), "1×": one})
@@ -326,18 +335,25 @@ def test_figures():
 # Runs: against the linear response, and against the motion integrated by another program.
 
 
-def test_the_tracked_order_of_a_run_is_the_linear_response():
-    speed, rate = 300.0, 1000.0
+@pytest.fixture(scope="module")
+def whirl():
+    """A steady run at 300 rad/s, between its two critical speeds."""
     machine = jr.Machine(
         {
             "disc": jr.Rotor(2.0, 0.02, 0.012, unbalance=jr.Unbalance(2e-5)),
             "support": jr.LinearSupport([1.2e5, 2.5e5, 1e5, 1e3, 1e3, 0], [60, 90, 1, 1, 1, 0]),
         },
         {"support": "disc"},
-        prescribed={"disc": {"phi": jr.ConstantSpeed(speed)}},
+        prescribed={"disc": {"phi": jr.ConstantSpeed(300.0)}},
     )
-    run = jr.simulate(machine, 0.25, rate, initial="steady", speed=speed)["disc"]
-    linear = np.asarray(jr.unbalance_response(machine, ["disc.x", "disc.y"], [speed]).values[0])
+    return jr.simulate(machine, 0.25, 1000.0, initial="steady", speed=300.0)
+
+
+def test_the_tracked_order_of_a_run_is_the_linear_response(whirl):
+    speed, rate, run = 300.0, 1000.0, whirl["disc"]
+    linear = np.asarray(
+        jr.unbalance_response(whirl.machine, ["disc.x", "disc.y"], [speed]).values[0]
+    )
     found = jr.filtered_orbit(run.x, run.y, run.phi, rate)
     np.testing.assert_allclose(found.amplitude[0], linear, rtol=2e-6)
     assert found.ellipse().precession == -1  # between the two critical speeds, 245 and 354 rad/s
@@ -454,3 +470,69 @@ def test_bifurcations_refuse():
     for call, words in cases:
         with pytest.raises(jr.InputError, match=words):
             call()
+
+
+# Studies ask for them.
+
+
+def test_a_study_draws_them(whirl):
+    def wanted(kind, **more):
+        return Diagnosis(title="Look", kind=kind, station="disc", **more)
+
+    for kind in KINDS:
+        fig = diagnosis(whirl, wanted(kind, start="0 s"))
+        titles = [ax.get_title(loc="left") for ax in fig.axes] + [fig.get_suptitle()]
+        assert any("Look: `disc`" in title for title in titles)
+    late = diagnosis(whirl, wanted("orbit", start="0.2 s"))
+    assert "`turns`: must fit" in late.axes[0].texts[0].get_text().replace("\n", " ")
+    beyond = diagnosis(whirl, wanted("poincare", start="9 s"))
+    assert "`start`: must lie within the run" in beyond.axes[0].texts[0].get_text()
+
+
+STUDY = """
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "6 kg"
+polar_inertia = "0.019 kg*m^2"
+transverse_inertia = "0.01 kg*m^2"
+[[machine.line]]
+name = "shaft"
+kind = "Shaft"
+length = "200 mm"
+diameter = "12 mm"
+[[machine.line]]
+name = "motor"
+kind = "PrescribedSpin"
+profile = { kind = "ConstantSpeed", speed = "400 rad/s" }
+[simulation]
+t_end = "1 s"
+sample_rate = "1 kHz"
+[[figures]]
+title = "A"
+"""
+
+
+@pytest.mark.parametrize(
+    "lines, words",
+    [
+        ("kind = 'orbits'\nstation = 'disc'", 'figures "A".*kind must be one of.*`orbit`'),
+        ("kind = 'orbit'", "station is missing"),
+        ("kind = 'orbit'\nstation = 'dics'", 'station names none, "dics".*`disc`'),
+        ("kind = 'orbit'\nstation = 'disc'\norders = [1, 1]", "orders must be a list of different"),
+        ("kind = 'orbit'\nstation = 'disc'\norders = 2", "orders must be a list of different"),
+        ("kind = 'orbit'\nstation = 'disc'\nclearance = '1 mm'", "clearance goes with kind"),
+        ("kind = 'poincare'\nstation = 'disc'\norders = [1]", "orders say nothing to kind"),
+        ("kind = 'orbit'\nstation = 'disc'\nstart = '-1 s'", "start must not be negative"),
+        ("kind = 'orbit'\nstation = 'disc'\ny = ['disc.x']", "unknown|there is no `y`"),
+    ],
+)
+def test_what_a_study_asks_for_is_checked(tmp_path, lines, words):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY + lines)
+    with pytest.raises(jr.InputError, match=words):
+        jr.load(path)
+    path.write_text(STUDY + "kind = 'centreline'\nstation = 'disc'\nclearance = '0.2 mm'")
+    (figure,) = jr.load(path).figures
+    assert isinstance(figure, Diagnosis) and figure.clearance == pytest.approx(2e-4)
+    assert figure.stem == "a"

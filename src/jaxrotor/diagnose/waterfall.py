@@ -54,8 +54,8 @@ def waterfall(
       (see `full_spectrum`).
     - `speed`: (nt,), rad/s, at the same samples.
     - `sample_rate`: Hz.
-    - `segment`: samples in a window, by default a twentieth of the record, 256 at least. Lines lie
-      sample_rate/segment apart.
+    - `segment`: samples in a window, by default a twentieth of the record, but 256 at least, and a quarter at
+      most. Lines lie sample_rate/segment apart.
     - `overlap`: the part of a window that the next one shares, from 0 to less than 1.
     - `window`: of `scipy.signal.get_window`.
 
@@ -65,7 +65,7 @@ def waterfall(
     x = checks.signal(x, "x")
     values = x if y is None else x + 1j * checks.signal(y, "y", like=x)
     turning = checks.signal(speed, "speed", like=x)
-    size = min(max(256, x.size // 20), x.size)
+    size = max(min(max(256, x.size // 20), x.size // 4), 8)
     if segment is not None:
         size = checks.whole(segment, "segment", 8)
     if size > x.size:

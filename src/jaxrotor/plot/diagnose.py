@@ -15,6 +15,10 @@ _HERTZ, _RPM = 1 / (2 * np.pi), 30 / np.pi
 _ORDERS = (0.5, 1.0, 2.0)
 # Below the highest line so much (dB) is not told from nothing.
 _RANGE = 60.0
+# A speed that ripples by this part of the highest is still taken for rising.
+_RIPPLE = 1e-3
+# Phases are drawn from a turn below to so many degrees.
+_AHEAD = 45
 # Spectra in a cascade, at most.
 _ROWS = 40
 
@@ -88,7 +92,8 @@ def waterfall_map(
     fig.colorbar(image, ax=ax, label=what)
     ax.grid(False)
     ax.set_xlim(low, high)
-    ax.set_ylim(float(along.min()), float(along.max()))
+    if np.ptp(along) > 0:
+        ax.set_ylim(float(along.min()), float(along.max()))
     _order_lines(ax, found, along, orders, "white", (low, high))
     label(ax, _frequency_words(found), axis)
     ax.set_title(title, fontsize=10, loc="left", pad=16)
@@ -159,12 +164,14 @@ def _frequency_words(found: Waterfall) -> str:
 
 
 def _along(found: Waterfall) -> tuple[np.ndarray, str]:
-    steps = np.diff(np.abs(found.speed))
-    slack = 1e-6 * float(np.abs(found.speed).max())
-    changes = float(np.ptp(found.speed)) > slack
-    if changes and (np.all(steps >= -slack) or np.all(steps <= slack)):
-        # a plateau at the end would be a heap of spectra at one place
-        return np.abs(found.speed) * _RPM, "speed, rpm"
+    """Speeds in rpm where they rise or fall throughout, but for ripples; else times."""
+    speed = np.abs(found.speed)
+    steps, slack = np.diff(speed), _RIPPLE * float(speed.max())
+    if np.ptp(speed) > 10 * slack:
+        if np.all(steps >= -slack):
+            return _RPM * np.maximum.accumulate(speed), "speed, rpm"
+        if np.all(steps <= slack):
+            return _RPM * np.minimum.accumulate(speed), "speed, rpm"
     return found.time, "time, s"
 
 
@@ -196,7 +203,8 @@ def _order_lines(
 
 def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order tracking") -> Figure:
     """Amplitude and phase of each order over the speed. A phase is drawn where its order has a hundredth of
-    its own peak at least, and is not nothing beside the others."""
+    its own peak at least, and half a hundredth of the highest; it lies between -315° and 45°, so that
+    resonances in x (from 0) and y (from -90°) pass unbroken."""
     fig, axes = figure(2, 1, (9.0, 6.4), sharex=True)
     speed = np.abs(found.speed) * _RPM
     order = np.argsort(speed, kind="stable")
@@ -206,21 +214,19 @@ def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order trackin
         magnitude = np.abs(values)
         colour = COLOURS[k % len(COLOURS)]
         axes[0, 0].plot(speed[order], size * magnitude, color=colour, label=f"{one:g}×")
-        least = max(0.01 * magnitude.max(), 1e-4 * found.magnitude.max())
+        least = max(0.01 * magnitude.max(), 0.005 * found.magnitude.max())
         clear = magnitude >= least
-        phase = np.rad2deg(np.unwrap(np.angle(values)))
-        axes[1, 0].plot(speed[order], np.where(clear, phase, np.nan), color=colour)
+        phase = (np.rad2deg(np.angle(values)) - _AHEAD) % -360 + _AHEAD
+        # no stroke across the whole panel where a phase goes round
+        breaks = np.flatnonzero(np.abs(np.diff(phase)) > 180) + 1
+        shown = np.insert(np.where(clear, phase, np.nan), breaks, np.nan)
+        along = np.insert(speed[order], breaks, np.nan)
+        axes[1, 0].plot(along, shown, ".-", color=colour, markersize=2.5)
     axes[0, 0].set_ylim(0, None)
-    axes[1, 0].yaxis.set_major_locator(_degrees(axes[1, 0]))
+    axes[1, 0].set_ylim(_AHEAD - 360, _AHEAD)
+    axes[1, 0].set_yticks(range(-270, 1, 90))
     axes[0, 0].set_xlim(float(speed.min()), float(speed.max()))
     label(axes[0, 0], "", f"amplitude, {words}", title)
     label(axes[1, 0], "speed, rpm", "phase, °")
     legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return fig
-
-
-def _degrees(ax: Axes) -> Any:
-    from matplotlib.ticker import MultipleLocator
-
-    low, high = ax.get_ylim()
-    return MultipleLocator(next((s for s in (30, 90, 180) if (high - low) / s <= 8), 360))

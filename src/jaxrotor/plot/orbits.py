@@ -13,6 +13,8 @@ from .style import COLOURS, GREY, figure, label
 _RPM = 30 / np.pi
 # The part of a turn that is left blank before each mark: blank, then bright, tells the direction.
 _BLANK = 0.03
+# An ellipse whose minor axis is more than this part of its major one lies in no direction.
+_ROUND = 0.97
 
 
 def orbits(found: Mapping[str, Orbit], unit: str = "m", title: str = "") -> Figure:
@@ -60,7 +62,9 @@ def _ellipse_words(one: Orbit, size: float, words: str) -> str:
     e = one.ellipse(one.orders[0])
     way = {1: "forward", -1: "backward", 0: "straight"}[e.precession]
     axes = f"{number(size * e.major)} × {number(size * e.minor)} {words}"
-    return f": {way}, semi-axes {axes}, {np.rad2deg(e.inclination):.0f}°"
+    round_ = e.minor > _ROUND * e.major
+    lying = "" if round_ else f", {np.rad2deg(e.inclination):.0f}°"
+    return f": {way}, semi-axes {axes}{lying}"
 
 
 def centreline(

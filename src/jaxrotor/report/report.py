@@ -16,7 +16,9 @@ from ..plot.style import close
 from ..protocol import AbstractConnector
 from ..solve.export import versions
 from ..solve.response import Response
+from ..study.diagnosis import Diagnosis
 from ..study.quantities import read_quantity, split
+from .diagnosis import diagnosis
 
 # Below this a third of the run is too short for a spectrum.
 _SPECTRUM_SAMPLES = 128
@@ -78,7 +80,8 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
         for i, (_, name, draw) in enumerate(plans, start=1)
     }
     for wanted in getattr(study, "figures", ()):
-        found[wanted.stem] = lambda wanted=wanted: _chart(response, wanted)
+        draw = diagnosis if isinstance(wanted, Diagnosis) else _chart
+        found[wanted.stem] = lambda wanted=wanted, draw=draw: draw(response, wanted)
     return found
 
 

@@ -1,10 +1,10 @@
 """The figures that a study asks for: `[[figures]]`."""
 
-import re
 from typing import Any
 
 from ..machine.machine import Machine
 from ..units import factor, known_unit, shown
+from .diagnosis import Diagnosis, check_diagnosis, file_stem
 from .faults import Faults, guess
 from .quantities import quantities, split
 from .settings import Section, read_section
@@ -27,18 +27,19 @@ class Figure(Section):
     @property
     def stem(self) -> str:
         """The name of the file without its ending."""
-        return re.sub(r"[^\w.-]+", "_", self.name or self.title).strip("_.").lower()
+        return file_stem(self.name or self.title)
 
 
-def read_figures(tables: Any, faults: Faults) -> tuple[Figure, ...]:
+def read_figures(tables: Any, faults: Faults) -> tuple[Figure | Diagnosis, ...]:
     """The figures whose tables are sound."""
     if not isinstance(tables, list):
         faults.add("figures", f"must be a list, but is {shown(tables)}: write [[figures]] tables")
         return ()
-    found: dict[str, Figure] = {}
+    found: dict[str, Figure | Diagnosis] = {}
     for i, table in enumerate(tables):
         place = _place(i, table.get("title") if isinstance(table, dict) else None)
-        figure = read_section(Figure, place, table, faults, "[figures]")
+        kind = Diagnosis if isinstance(table, dict) and "kind" in table else Figure
+        figure = read_section(kind, place, table, faults, "[figures]")
         if figure is None:
             continue
         if not figure.stem:
@@ -47,18 +48,23 @@ def read_figures(tables: Any, faults: Faults) -> tuple[Figure, ...]:
             faults.add(
                 place, f'would be written to "{figure.stem}.png" like another: give it a name'
             )
-        elif not figure.y:
+        elif isinstance(figure, Figure) and not figure.y:
             faults.add(place, 'y must name a quantity at least, but is empty: write y = ["main.x"]')
         else:
             found[figure.stem] = figure
     return tuple(found.values())
 
 
-def check_figures(figures: tuple[Figure, ...], machine: Machine, faults: Faults) -> None:
+def check_figures(
+    figures: tuple[Figure | Diagnosis, ...], machine: Machine, faults: Faults
+) -> None:
     """Whether the machine has what they show."""
     known = quantities(machine) if figures else {}
     for i, figure in enumerate(figures):
         place, units = _place(i, figure.title), []
+        if isinstance(figure, Diagnosis):
+            check_diagnosis(figure, place, machine, faults)
+            continue
         paths = [("x", figure.x)] if figure.x != "t" else []
         paths += [(f"y[{k}]", path) for k, path in enumerate(figure.y)]
         for key, path in paths:

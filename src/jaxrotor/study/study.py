@@ -10,6 +10,7 @@ from ..machine import Machine
 from ..parameter import require_x64
 from ..protocol import AbstractPrescribed, AbstractStation
 from ..units import shown
+from .diagnosis import Diagnosis
 from .faults import Faults, guess
 from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
@@ -39,7 +40,7 @@ class Study:
     title: str = ""
     source: str = ""
     report: Report = Report()
-    figures: tuple[Figure, ...] = ()
+    figures: tuple[Figure | Diagnosis, ...] = ()
     path: Path | None = None
     identify: Any = None
     optimize: Any = None
