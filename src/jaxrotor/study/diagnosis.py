@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal, get_args
 import pydantic
 
 from ..machine.machine import Machine
-from ..plot import select
 from ..units import shown
 from .faults import Faults, guess
 from .settings import Section, _above_zero, _in
@@ -68,6 +67,8 @@ def file_stem(words: str) -> str:
 
 def check_diagnosis(wanted: Diagnosis, place: str, machine: Machine, faults: Faults) -> None:
     """Whether the machine has the station, and the figure a use for what is given."""
+    from ..plot import select  # loads matplotlib
+
     stations = machine.wiring.stations
     if wanted.station not in stations:
         faults.add(
