@@ -8,6 +8,9 @@ from ..errors import InputError
 from . import checks
 from .spectra import amplitudes
 
+# Windows in a record, and samples in a window, at least, where none is asked for.
+_WINDOWS, _SHORTEST = 20, 64
+
 
 class Waterfall(NamedTuple):
     """Spectra of consecutive windows: `frequency` (f,), Hz; `speed` (w,), rad/s, the mean in each window;
@@ -54,8 +57,9 @@ def waterfall(
       (see `full_spectrum`).
     - `speed`: (nt,), rad/s, at the same samples.
     - `sample_rate`: Hz.
-    - `segment`: samples in a window, by default a twentieth of the record, but 256 at least, and a quarter at
-      most. Lines lie sample_rate/segment apart.
+    - `segment`: samples in a window, by default a twentieth of the record (256 at least), or less where the
+      speed changes so fast that order 1 would be smeared over more than two lines: it lasts no longer
+      than sqrt(4 pi/acceleration) then. Lines lie sample_rate/segment apart.
     - `overlap`: the part of a window that the next one shares, from 0 to less than 1.
     - `window`: of `scipy.signal.get_window`.
 
@@ -65,9 +69,8 @@ def waterfall(
     x = checks.signal(x, "x")
     values = x if y is None else x + 1j * checks.signal(y, "y", like=x)
     turning = checks.signal(speed, "speed", like=x)
-    size = max(min(max(256, x.size // 20), x.size // 4), 8)
-    if segment is not None:
-        size = checks.whole(segment, "segment", 8)
+    rate = checks.positive(sample_rate, "sample_rate", "Hz")
+    size = _suited(turning, rate) if segment is None else checks.whole(segment, "segment", 8)
     if size > x.size:
         raise InputError(
             f"`segment`: must not exceed the record of {x.size} samples, but is {size}: shorten it"
@@ -79,6 +82,16 @@ def waterfall(
     hop = max(1, round((1 - overlap) * size))
     starts = np.arange(0, x.size - size + 1, hop)
     frames = np.lib.stride_tricks.sliding_window_view(values, size)[starts]
-    frequency, found = amplitudes(frames, sample_rate, window)
+    frequency, found = amplitudes(frames, rate, window)
     mean = np.lib.stride_tricks.sliding_window_view(turning, size)[starts].mean(axis=1)
-    return Waterfall(frequency, mean, (starts + 0.5 * (size - 1)) / float(sample_rate), found)
+    return Waterfall(frequency, mean, (starts + 0.5 * (size - 1)) / rate, found)
+
+
+def _suited(speed: np.ndarray, rate: float) -> int:
+    """Samples in a window."""
+    longest = max(256, speed.size // _WINDOWS)
+    step = max(speed.size // _WINDOWS, 1)
+    fastest = float(np.abs(speed[step:] - speed[:-step]).max()) * rate / step  # rad/s²
+    if fastest > 0:
+        longest = min(longest, int(np.sqrt(4 * np.pi / fastest) * rate))
+    return max(min(max(longest, _SHORTEST), speed.size // 4), 8)

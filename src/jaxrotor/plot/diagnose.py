@@ -111,8 +111,10 @@ def cascade(
     What lies behind a nearer one is hidden."""
     keep, low, high = _frequencies(found, highest)
     along, axis = _along(found)
-    rising = np.argsort(along, kind="stable")
-    chosen = rising[np.unique(np.linspace(0, rising.size - 1, _ROWS).round().astype(int))]
+    # even steps along the axis: a plateau would heap up
+    places = np.linspace(along.min(), along.max(), _ROWS)
+    chosen = np.unique(np.abs(along[:, None] - places).argmin(axis=0))
+    chosen = chosen[np.argsort(along[chosen], kind="stable")]
     frequency, values = found.frequency[keep], found.amplitude[chosen][:, keep]
     top = float(values.max()) or 1.0
     span = float(np.ptp(along)) or 1.0

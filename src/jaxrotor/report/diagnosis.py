@@ -11,8 +11,9 @@ from ..errors import InputError
 from ..plot.style import figure
 from ..solve.response import Response, StationResponse
 
-# Orders that are marked, and those that are tracked and filtered, where the study names none.
-_MARKED, _FILTERED = (0.5, 1.0, 2.0), (1.0, 2.0)
+# Orders that are marked, and those that are tracked and filtered, where the study names none: the latter
+# if there are so many samples in a turn.
+_MARKED, _FILTERED, _SAMPLES = (0.5, 1.0, 2.0), (1.0, 2.0), 8
 # Turns of an orbit, of a block that is tracked, and that are filtered, at most.
 _TURNS, _LONG = 4, 16
 # Frequencies are shown up to so many times the highest order's.
@@ -43,6 +44,13 @@ class _Part:
         self.orders = wanted.orders
         self.clearance = wanted.clearance
         self.title = f"{wanted.title}: `{wanted.station}`"
+
+    def filtered(self) -> tuple[float, ...]:
+        """The orders that are tracked or filtered."""
+        if self.orders is not None:
+            return self.orders
+        enough = self.rate * 2 * np.pi >= _SAMPLES * float(np.abs(self.speed).max())
+        return _FILTERED if enough else _FILTERED[:1]
 
     def highest(self) -> float:
         """Hz, of the axis."""
@@ -76,7 +84,7 @@ def _waterfall(part: _Part, draw: Callable[..., Figure]) -> Figure:
 
 
 def _order_tracking(part: _Part) -> Figure:
-    orders = part.orders or _FILTERED
+    orders = part.filtered()
     found = diagnose.order_tracking(part.x, part.angle, part.rate, orders, _TURNS, 1, "hann")
     return plot.order_tracks(found, title=f"{part.title}, x")
 
@@ -84,7 +92,7 @@ def _order_tracking(part: _Part) -> Figure:
 def _orbit(part: _Part) -> Figure:
     at = part.x, part.y, part.angle, part.rate
     found = {"all": diagnose.orbit(*at, turns=_TURNS)}
-    orders = part.orders or _FILTERED
+    orders = part.filtered()
     whole = int(abs(part.angle[-1] - part.angle[0]) / (2 * np.pi)) - 1
     turns = min(max(whole, 1), _LONG)
     for chosen in dict.fromkeys((orders[:1], orders)):
