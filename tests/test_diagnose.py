@@ -394,7 +394,7 @@ PROBE = jr.ProximityProbe("disc", 0.0)
 
 def test_bifurcations_of_the_double_well():
     """Periods 1, 2 and 4 at forces of 0.2, 0.28 and 0.29 N and 1.2 rad/s (Jordan, Smith, Nonlinear Ordinary
-    Differential Equations, 2007, 13.3), and another speed; the points by scipy's DOP853."""
+    Differential Equations, 2007), and another speed; the points by scipy's DOP853."""
     speed, force = np.array([1.2, 1.2, 1.2, 1.5]), np.array([0.2, 0.28, 0.29, 0.2])
     drop, keep, phase = 100, 16, 0.6
     cases = {"disc.phi.speed": speed, "disc.unbalance.eccentricity": force / speed**2}

@@ -125,7 +125,6 @@ def cascade(
     for k, row in reversed(list(enumerate(chosen))):
         line = along[row] + tall * values[k]
         order = 3 - 0.001 * k
-        # the ground stays open: order lines are seen through it
         ax.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
         ax.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
     lowest, upper = (
