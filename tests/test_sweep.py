@@ -475,7 +475,7 @@ MASS = {"mass": jr.TotalMass()}
         (
             ONE,
             dict(outputs={"p": jr.PeakValue(jr.Radial("disc"))}, initial="resting"),
-            'initial must be "static", "steady"',
+            'initial must be "static", "running", "steady"',
         ),
         (
             ONE,

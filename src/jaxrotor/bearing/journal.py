@@ -111,7 +111,7 @@ class JournalBearing(AbstractFilm):
 
     The film's shear brakes the journal (Petroff over the whole circumference), and half of the torque that
     the pressure has about the bearing's centre falls on either surface: so what whirl gains, the shaft's
-    turning loses. At rest the film bears nothing: start from `jr.linearize(machine, speed).state`, turning.
+    turning loses. At rest the film bears nothing: start turning, from `initial="running"`.
     NaN where the journal touches. Sources: see `bearing/film.py`; torques from the power balance of the film.
     """
 

@@ -11,17 +11,16 @@ from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
 from ..kinematics import COORDINATES
-from ..machine.field import Reference, evaluate, initial_states, n_free, relative_field
+from ..machine.field import Reference, initial_states, n_free, relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..parameter import require_x64
-from ..solve.newton import newton_root
+from ..solve.equilibrium import running
 from ..solve.state import State, from_flat, to_flat
 from .eigen import eigensystem
 
-_ITERATIONS = 25
 # Frequencies below this part of the largest eigenvalue are rounding: a free spin's double zero splits so.
 STILL = 1e-8
 
@@ -146,7 +145,7 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     if isinstance(at, State):
         y = to_flat(at, system, reference)
     elif at == "equilibrium":
-        y = _working_point(system, reference)
+        y = running(system, reference)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     nodes = system.layout.n_nodes
@@ -226,21 +225,3 @@ def row_of(labels: tuple[tuple[str, str], ...], place: str) -> int:
             f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
         )
     return labels.index((station, coordinate))
-
-
-def _working_point(system: System, reference: Reference) -> Float[Array, " d"]:
-    """Where the turning, balanced machine stays: no net load, internal states at rest. A free spin is
-    left where it is."""
-    n = n_free(system)
-    z = initial_states(system)
-    free = np.array(system.layout.free, int)
-    zero = jnp.zeros(())
-
-    def missing(x):
-        y = jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
-        ev = evaluate(zero, y, system, reference)
-        return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
-
-    start = jnp.concatenate([jnp.zeros(n), z])
-    x = newton_root(missing, start, _ITERATIONS, 1e-12) if start.size else start
-    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])

@@ -16,6 +16,8 @@ from ..solve.response import Response, StationResponse
 _MARKED, _FILTERED, _SAMPLES = (0.5, 1.0, 2.0), (1.0, 2.0), 8
 # Turns of an orbit, of a block that is tracked, and that are filtered, at most.
 _TURNS, _LONG = 4, 16
+# Points of a centreline, where the run has turns enough.
+_POINTS = 24
 # Frequencies are shown up to so many times the highest order's.
 _BEYOND = 1.3
 _OVER_SPEED = ("waterfall", "cascade", "order_tracking", "centreline")
@@ -102,7 +104,10 @@ def _orbit(part: _Part) -> Figure:
 
 
 def _centreline(part: _Part) -> Figure:
-    found = diagnose.shaft_centreline(part.x, part.y, part.angle, part.rate)
+    # over several turns: a whirl at half the speed leaves no trace then
+    turned = abs(part.angle[-1] - part.angle[0]) / (2 * np.pi)
+    turns = int(np.clip(turned / _POINTS, 1, _LONG))
+    found = diagnose.shaft_centreline(part.x, part.y, part.angle, part.rate, turns)
     return plot.centreline(found, part.clearance, title=part.title)
 
 

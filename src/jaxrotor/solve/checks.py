@@ -65,10 +65,10 @@ def sample_count(t_end: Any, sample_rate: Any) -> int:
 
 def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:
     if not isinstance(initial, State) and not (
-        isinstance(initial, str) and initial in ("static", "steady", "undeformed")
+        isinstance(initial, str) and initial in ("static", "running", "steady", "undeformed")
     ):
         raise InputError(
-            'initial must be "static", "steady", "undeformed" or a State, but is '
+            'initial must be "static", "running", "steady", "undeformed" or a State, but is '
             + " ".join(repr(initial).split())
         )
     if isinstance(initial, State):
@@ -158,7 +158,7 @@ def speed_beyond(response: Response, planned: float) -> float | None:
 
 def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
-    if isinstance(initial, str) and initial == "static":
+    if isinstance(initial, str) and initial in ("static", "running"):
         refuse_unbalanced(response.machine, checks)
     if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
         raise InputError(

@@ -63,6 +63,24 @@ def resting(system: System, reference: Reference) -> Float[Array, " d"]:
     return jnp.concatenate([u, jnp.zeros(n), z])
 
 
+def running(system: System, reference: Reference) -> Float[Array, " d"]:
+    """Where the turning, balanced machine stays (`system` is its nominal one): no net load, internal states
+    at rest. A free spin is left where it is."""
+    n = n_free(system)
+    z = initial_states(system)
+    free = np.array(system.layout.free, int)
+    zero = jnp.zeros(())
+
+    def missing(x):
+        y = jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
+        ev = evaluate(zero, y, system, reference)
+        return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
+
+    start = jnp.concatenate([jnp.zeros(n), z])
+    x = newton_root(missing, start, _ITERATIONS, 1e-12) if start.size else start
+    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
+
+
 def _free_spin(loads, system: System) -> Array | None:
     """The common turning of a line that nothing leads, of length one over the free coordinates; zero where a
     spring holds it. Left to Newton's method, an unbalanced rotor would swing to its lowest place, from where
@@ -111,5 +129,6 @@ def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
         raise InputError(
             f"no static equilibrium: `{machine.wiring.stations[station]}` is free to move along "
             f"{COORDINATES[coordinate]} under a load of {left[station, coordinate]:.3g} {unit}: "
-            f'support it, fix that coordinate, or start from initial="undeformed"'
+            'support it, fix that coordinate, or start from initial="running" (where it is carried once '
+            'it turns, as by a film) or "undeformed"'
         )

@@ -24,7 +24,7 @@ from .checks import (
     sample_count,
     speed_beyond,
 )
-from .equilibrium import resting, unbalanced_loads
+from .equilibrium import resting, running, unbalanced_loads
 from .exponential import ETD4RK, ExponentialAdams
 from .grid import Grid, Ticking, grid_of
 from .knots import knots
@@ -38,7 +38,7 @@ from .steady import steady_whirl
 # Times that a run of a line without a drive is planned anew for the speed that it reached.
 _PLANS = 4
 
-Initial = Literal["static", "steady", "undeformed"]
+Initial = Literal["static", "running", "steady", "undeformed"]
 
 
 def simulate(
@@ -59,7 +59,8 @@ def simulate(
     **Arguments:**
 
     - `initial`: `"static"`, resting under its weight and every load's value at t = 0 and standstill, with
-      the line's speed added; `"steady"`, the periodic whirl at `speed`; `"undeformed"`; or a `State`.
+      the line's speed added; `"running"`, where the balanced machine stays at that speed, its films
+      carrying; `"steady"`, the periodic whirl at `speed`; `"undeformed"`; or a `State`.
     - `speed`: rad/s, of the whole line at the start. A driven line starts with its drive; there it
       may be left out. A `State` brings its own.
     - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
@@ -247,6 +248,10 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
         still = (reference[0], zero, zero)
         y = resting(system, still)
         checks = unbalanced_loads(system, y, still)
+    elif initial == "running":
+        turning, balanced = (reference[0], speed, zero), assemble(machine, nominal=True)
+        y = running(balanced, turning)
+        checks = unbalanced_loads(balanced, y, turning)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     free = jnp.array(system.layout.free, int)

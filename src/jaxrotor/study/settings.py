@@ -41,7 +41,7 @@ class Simulation(Section):
 
     t_end: Time
     sample_rate: Rate
-    initial: Literal["static", "steady", "undeformed"] = "static"
+    initial: Literal["static", "running", "steady", "undeformed"] = "static"
     speed: Speed | None = None
     solver: (
         Literal["ExponentialAdams", "ETD4RK", "Rosenbrock", "Kvaerno3", "Kvaerno4", "Kvaerno5"]

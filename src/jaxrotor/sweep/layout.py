@@ -155,6 +155,10 @@ def finished(found: xr.Dataset, cases: Cases, setup: Setup, seconds: float) -> x
 def _failure(t: float, setup: Setup) -> str:
     if t > 0:
         return f"not finite from t = {t:.6g} s on"
-    start = {"steady": "no periodic whirl was found", "static": "no static equilibrium was found"}
+    start = {
+        "steady": "no periodic whirl was found",
+        "static": "no static equilibrium was found",
+        "running": "no equilibrium was found at this speed",
+    }
     words = start.get(setup.initial if isinstance(setup.initial, str) else "")
     return "not finite from the start" if words is None else f"{words}, or it is not finite"

@@ -1,0 +1,112 @@
+"""Work and precision where forces stiffen: candidates for machines that are not smooth, on three of them.
+
+Rodas5P (`jr.Rosenbrock`), Kvaerno5 of diffrax and an exponential method made linear anew at each step, beside
+CVODE (BDF) and SciPy's Radau with equations by hand, compiled by numba. Each at three tolerances; the error is the
+largest of the path in the plane, over its size, against Rodas5P at 1e-12 (which Radau at 1e-12 confirms). Compiling
+and running apart, the best of three.
+
+    python benchmarks/stiff.py
+"""
+
+import time
+
+import diffrax
+import jax
+
+jax.config.update("jax_enable_x64", True)
+
+import jax.numpy as jnp
+import numpy as np
+from machine import header
+from relinearised import ExponentialRosenbrock
+from scipy.integrate import solve_ivp
+from sksundae.cvode import CVODE
+from stiff_equations import MACHINES
+
+import jaxrotor as jr
+
+RATE = 5000.0
+TOLERANCES = (1e-5, 1e-7, 1e-9)
+SCALE = 1e-3  # absolute over relative tolerance: m, m/s
+
+
+def ours(machine, start, t_end, solver, rtol):
+    state = jr.State(jnp.zeros((1, 6)).at[0, :2].set(jnp.array(start)), jnp.zeros((1, 6)))
+
+    def run():
+        found = jr.simulate(
+            machine, t_end, RATE, state, solver=solver, rtol=rtol, atol=SCALE * rtol, progress=False
+        )
+        return np.asarray(found["disc"].position[:, :2]), int(found.stats["steps"])
+
+    return run
+
+
+def cvode(field, start, t_end, rtol):
+    times = np.arange(int(round(t_end * RATE)) + 1) / RATE
+    solver = CVODE(field, rtol=rtol, atol=SCALE * rtol, max_num_steps=10**7)
+
+    def run():
+        found = solver.solve(times, np.array([*start, 0.0, 0.0]))
+        return found.y[:, :2], found.nfev
+
+    return run
+
+
+def radau(field, start, t_end, rtol):
+    times = np.arange(int(round(t_end * RATE)) + 1) / RATE
+
+    def right(t, y):
+        dy = np.empty(4)
+        field(t, y, dy)
+        return dy
+
+    def run():
+        found = solve_ivp(
+            right, (0, times[-1]), [*start, 0.0, 0.0], "Radau", times, rtol=rtol, atol=SCALE * rtol
+        )
+        return found.y[:2].T, found.nfev
+
+    return run
+
+
+def main() -> None:
+    print(header("diffrax", "scipy", "numba", "scikit-sundae"))
+    for name, (build, field, start, t_end) in MACHINES.items():
+        machine = build()
+        exact, _ = ours(machine, start, t_end, jr.Rosenbrock(), 1e-12)()
+        confirmed, _ = radau(field, start, t_end, 1e-11)()
+        size = np.max(np.abs(exact))
+        count = len(exact)
+        print(
+            f"\n{name}: {t_end:g} s; Radau at 1e-11 is {np.max(np.abs(confirmed[:count] - exact)) / size:.0e} off"
+        )
+        print(f"  {'':28}{'tolerance':>10}{'compile s':>11}{'run s':>9}{'error':>9}{'steps':>9}")
+        for words, make in {
+            "Rodas5P (jr.Rosenbrock)": lambda tol: ours(
+                machine, start, t_end, jr.Rosenbrock(), tol
+            ),  # noqa: B023
+            "Kvaerno5": lambda tol: ours(machine, start, t_end, diffrax.Kvaerno5(), tol),  # noqa: B023
+            "exponential, made linear anew": lambda tol: ours(
+                machine, start, t_end, ExponentialRosenbrock(), tol
+            ),  # noqa: B023
+            "CVODE (BDF), numba": lambda tol: cvode(field, start, t_end, tol),  # noqa: B023
+            "SciPy Radau, numba": lambda tol: radau(field, start, t_end, tol),  # noqa: B023
+        }.items():
+            for tol in TOLERANCES:
+                run = make(tol)
+                seconds = []
+                for _ in range(4):
+                    began = time.perf_counter()
+                    found, steps = run()
+                    seconds.append(time.perf_counter() - began)
+                best = min(seconds[1:])
+                error = np.max(np.abs(found[:count] - exact[: len(found)])) / size
+                print(
+                    f"  {words:28}{tol:10.0e}{seconds[0] - best:11.1f}{best:9.3f}{error:9.0e}{steps:9d}",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()
