@@ -202,6 +202,32 @@ def test_loose_pedestal_against_other_equations():
     assert np.max(np.abs(y - other.y[0])) < 1e-6 * np.max(np.abs(y))
 
 
+def test_universal_joint_runs_unevenly():
+    """A stiff joint between a steady drive and a light rotor: `w cos b/(1 - sin² b cos² a)`, a from where the
+    driving yoke stands across the plane of the shafts; and the work of both torques balances."""
+    w, bend = 100.0, np.deg2rad(30)
+    machine = jr.Machine.in_line(
+        {
+            "driven": jr.PrescribedSpin(jr.ConstantSpeed(w)),
+            "joint": jr.UniversalJoint(1e6, 100.0, bend, plane=0.3),
+            "rotor": jr.Rotor(1.0, 1e-3, 1e-3),
+        },
+        fixed={"rotor": ("x", "y", "z", "psi", "theta")},
+    )
+    run = jr.simulate(machine, 0.2, 2000.0, "static", step=2e-5, progress=False)
+    a = w * np.asarray(run.t) - 0.3
+    # g = atan(cos b tan a): its derivative
+    exact = w * np.cos(bend) / (np.cos(a) ** 2 + np.cos(bend) ** 2 * np.sin(a) ** 2)
+    speed = np.asarray(run["rotor"].speed)
+    late = slice(200, None)
+    np.testing.assert_allclose(speed[late], exact[late], rtol=3e-4)
+    assert exact.max() / exact.min() == pytest.approx(1 / np.cos(bend) ** 2, rel=1e-3)
+    # the rotor starts a seventh too fast: a burst of microseconds, which the books need small steps for
+    assert jr.energy_audit(machine, 0.01, 2000.0, "static", step=2e-6).relative < 1e-7
+    with pytest.raises(jr.InputError, match="angle must be below 80 degrees"):
+        machine.set({"joint.angle": 1.5})
+
+
 def test_clearance_stops_hold():
     """Stops of a law to each side, and what a stop keeps of energy."""
     stops = jr.LawSupport(x=jr.Backlash(2e-4, 1e7), y=jr.Backlash(2e-4, 1e7))

@@ -138,6 +138,7 @@ from .elastic import (
     StickSlipClutch as StickSlipClutch,
     SwitchingCrack as SwitchingCrack,
     TabulatedLaw as TabulatedLaw,
+    UniversalJoint as UniversalJoint,
     keyway as keyway,
 )
 from .errors import InputError as InputError, SimulationFailed as SimulationFailed

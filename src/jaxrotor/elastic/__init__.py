@@ -18,6 +18,7 @@ from .finite import FiniteElementShaft as FiniteElementShaft
 from .flaw import AbstractFlaw as AbstractFlaw, Flaws as Flaws
 from .gear import GearMesh as GearMesh
 from .hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
+from .joint import UniversalJoint as UniversalJoint
 from .law import (
     AbstractLaw as AbstractLaw,
     Backlash as Backlash,
