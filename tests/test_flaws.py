@@ -534,6 +534,7 @@ def test_study_files(tmp_path):
     again = jr.load(tmp_path / "b.toml").machine
     assert again["shaft"].flaw == deeper["shaft"].flaw
     assert again["stub"].flaw.parts[0] == deeper["stub"].flaw.parts[0]
+    assert float(jr.load("configs/cracked_shaft.toml").machine.get("cracked.flaw.depth")) == 0.25
     file.write_text(STUDY.replace("depth = 0.2", "depth = 0.7").replace('"Bow"', '"Bough"'))
     with pytest.raises(jr.InputError) as caught:
         jr.load(file)
