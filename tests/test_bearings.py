@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
+from scipy.sparse import diags_array, eye_array, kron
+from scipy.sparse.linalg import spsolve
 
 import jaxrotor as jr
-from jaxrotor.bearing.film import short_film
+from jaxrotor.bearing.film import finite_film, short_film
+from jaxrotor.study.save import save_study
 
 # Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines (2010), example 5.5.1
 BEARING = jr.JournalBearing(diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1)
@@ -86,6 +89,64 @@ def test_published_short_bearing():
     damping = [[232.89693, -81.924371], [-81.924371, 294.911619]]
     np.testing.assert_allclose(point.stiffness / 1e6, stiffness, rtol=1e-7)
     np.testing.assert_allclose(point.damping / 1e3, damping, rtol=1e-7)
+
+
+def reynolds(eps, w, slenderness, around=240, along=41):
+    """The film's force over mu R L³/c³ by differences in both directions at once, pressure cut off at
+    ambient."""
+    angle = 2 * np.pi * np.arange(around) / around
+    z = np.linspace(-1, 1, along)  # over half the length
+    d, dz = angle[1], z[1] - z[0]
+    cube, half = ((1 - eps @ np.array([np.cos(a), np.sin(a)])) ** 3 for a in (angle, angle + d / 2))
+    ring = diags_array(
+        [-(half + np.roll(half, 1)), half[:-1], half[:-1], half[-1:], half[-1:]],
+        offsets=[0, 1, -1, around - 1, 1 - around],
+    )
+    inner = along - 2
+    line = diags_array(
+        [-2 * np.ones(inner), np.ones(inner - 1), np.ones(inner - 1)], offsets=[0, 1, -1]
+    )
+    matrix = kron(ring / d**2, eye_array(inner)) + kron(
+        diags_array(cube), line / dz**2 / slenderness**2
+    )
+    push = w @ np.array([np.cos(angle), np.sin(angle)])
+    pressure = spsolve(matrix.tocsc(), -np.repeat(push, inner)).reshape(around, inner)
+    mean = np.maximum(pressure, 0).sum(1) * dz / 2
+    return -3 / slenderness**2 * d * np.array([mean @ np.cos(angle), mean @ np.sin(angle)])
+
+
+def test_finite_film_against_reynolds_equation():
+    """An independent solution in two dimensions; and as smooth in the middle as the short film."""
+    film = jax.jit(finite_film)
+    rng = np.random.default_rng(4)
+    for slenderness in (0.2, 0.5, 1.0):
+        for size in (0.1, 0.5, 0.8):
+            at, w = rng.uniform(0, 7), rng.normal(size=2)
+            eps = size * np.array([np.cos(at), np.sin(at)])
+            found = np.asarray(film(jnp.asarray(eps), jnp.asarray(w), slenderness))
+            exact = reynolds(eps, w, slenderness)
+            assert np.linalg.norm(found - exact) < 0.03 * np.linalg.norm(exact)
+    w = jnp.array([0.3, 0.2])
+    slope = jax.jacfwd(lambda e: finite_film(e, w, 1.0))
+    for beside in ((1e-6, 0.0), (0.0, -1e-6), (-1e-6, 1e-6)):
+        np.testing.assert_allclose(slope(jnp.zeros(2)), slope(jnp.array(beside)), rtol=1e-3)
+
+
+def test_finite_bearing_against_raimondi_and_boyd():
+    """ASLE Trans. 1 (1958) 159, as in Shigley: Sommerfeld numbers (R/c)² mu N/P of journals at rest. Their
+    film ends where pressure and slope vanish and bears more than one cut off: 0 to 20 % here."""
+    published = {
+        0.25: {0.1: 16.2, 0.2: 7.57, 0.4: 2.83, 0.6: 1.07, 0.8: 0.261},
+        0.5: {0.1: 4.31, 0.2: 2.03, 0.4: 0.779, 0.6: 0.319, 0.8: 0.0923},
+        1.0: {0.1: 1.33, 0.2: 0.631, 0.4: 0.264, 0.6: 0.121, 0.8: 0.0446},
+    }
+    for slenderness, row in published.items():
+        for eps, expected in row.items():
+            bearing = jr.JournalBearing(0.1, 0.1 * slenderness, 1e-4, 0.1, theory="finite")
+            f = bearing.force(jnp.array([eps * 1e-4, 0.0]), jnp.array([0.0, -50.0 * eps * 1e-4]))
+            pressure = np.hypot(*np.asarray(f)) / (0.1 * 0.1 * slenderness)
+            number = (0.05 / 1e-4) ** 2 * 0.1 * (100 / (2 * np.pi)) / pressure
+            assert 1.0 < number / expected < 1.2, (slenderness, eps)
 
 
 def threshold():
@@ -326,6 +387,8 @@ def test_radial_bearing_by_a_table():
             jr.JournalBearing(0.1, 0.03, 1e-4, 0.1, film="half"),
             'film must be "cavitated" or "full"',
         ),
+        (jr.JournalBearing(0.1, 0.2, 1e-4, 0.1, theory="finite"), "0.1 to 1.25 diameters"),
+        (jr.JournalBearing(0.1, 0.1, 1e-4, 0.1, "full", "finite"), 'film must be "cavitated"'),
         (jr.RollingBearing(1e10, 8e-3, 40e-3, balls=2), "balls must be a whole number, 3 at least"),
         (jr.RollingBearing(1e10, 50e-3, 40e-3), "ball_diameter must be smaller"),
         (jr.RollingBearing(1e10, 8e-3, 40e-3, exponent=0.5), "exponent must be above 1"),
@@ -341,3 +404,82 @@ def test_bad_working_points_are_refused():
         BEARING.working_point((0.0, 0.0), 100.0)
     with pytest.raises(jr.InputError, match="speed must be finite and not zero"):
         BEARING.working_point((0.0, -1.0), 0.0)
+
+
+def test_a_study_with_all_of_them(tmp_path):
+    """Nested defects and laws from a file; what is saved of it reads the same."""
+    path = tmp_path / "bearings.toml"
+    path.write_text(STUDY)
+    study = jr.load(path)
+    values = study.machine.parameters()
+    assert float(values["bearing.defects.0.angle"]) == pytest.approx(-np.pi / 2)
+    assert float(values["stop.y.other_stiffness"]) == 1e5
+    assert float(values["joint.angle"]) == pytest.approx(np.deg2rad(10))
+    changed = study.machine.set({"bearing.defects.0.depth": 3e-6, "rub.gap": 2e-3})
+    paths = ["bearing.defects.0.depth", "rub.gap"]
+    save_study(study, changed, paths, tmp_path / "again.toml")
+    values = changed.parameters()
+    again = jr.load(tmp_path / "again.toml").machine.parameters()
+    assert set(again) == set(values)
+    for name, value in values.items():
+        np.testing.assert_allclose(again[name], value, rtol=1e-14, err_msg=name)
+
+
+STUDY = """
+title = "x"
+[machine]
+gravity = ["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]
+fixed = { disc = ["z", "psi", "theta"] }
+[[machine.line]]
+name = "drive"
+kind = "PrescribedSpin"
+profile = { kind = "ConstantSpeed", speed = "300 rad/s" }
+[[machine.line]]
+name = "joint"
+kind = "UniversalJoint"
+stiffness = "5e3 N*m/rad"
+damping = "2 N*m*s/rad"
+angle = "10 deg"
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "2 kg"
+polar_inertia = "0.01 kg*m^2"
+transverse_inertia = "0.006 kg*m^2"
+[[machine.attachments]]
+name = "bearing"
+kind = "RollingBearing"
+at = "disc"
+stiffness = 1e10
+ball_diameter = "8 mm"
+pitch_diameter = "40 mm"
+clearance = "5 um"
+damping = "600 N*s/m"
+balls = 9
+defects = [{ kind = "OuterRaceDefect", angle = "-90 deg", width = "7 deg", depth = "6 um" }]
+[[machine.attachments]]
+name = "stop"
+kind = "LawSupport"
+at = "disc"
+y = { kind = "Bilinear", stiffness = "1e4 N/m", other_stiffness = "1e5 N/m" }
+[[machine.attachments]]
+name = "table"
+kind = "RadialBearing"
+at = "disc"
+[machine.attachments.law]
+kind = "TabulatedLaw"
+displacements = { unit = "um", values = [0, 10, 30] }
+forces = { unit = "N", values = [0, 100, 900] }
+[[machine.attachments]]
+name = "rub"
+kind = "Rub"
+at = "disc"
+gap = "1 mm"
+stiffness = "1e6 N/m"
+radius = "50 mm"
+damping = "0.2 s/m"
+[simulation]
+t_end = "0.05 s"
+sample_rate = "2 kHz"
+initial = "undeformed"
+"""

@@ -13,7 +13,11 @@ Sources: Ocvirk, NACA TN 2808 (1952); Booker, J. Basic Eng. 87 (1965) 537; Szeri
 2nd ed. (2011), ch. 3.
 """
 
+import functools
+from pathlib import Path
+
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 # Where the journal is nearer to the centre (as part of the clearance) it is moved this far below it: there
@@ -63,3 +67,65 @@ def _substituted(cosine: Array, sine: Array, e: Array, narrow: Array) -> tuple[A
     """Sommerfeld's angle x for theta: `1 - e cos theta = (1 - e²)/(1 + e cos x)`."""
     thickness = 1 - e * cosine
     return (cosine - e) / thickness, jnp.sqrt(narrow) * sine / thickness
+
+
+# The film of finite length, fitted by experiments/finite_film.py: degrees of the polynomials in s and in
+# the length, and harmonics of the direction; for ratios of eccentricity up to this one and lengths (over
+# the diameter) between.
+DEGREES = (8, 5, 8)
+LARGEST_RATIO = 0.95
+LENGTHS = (0.1, 1.25)
+_TABLE = Path(__file__).with_name("finite_film.npz")
+
+
+@functools.cache
+def _coefficients() -> tuple[np.ndarray, np.ndarray]:
+    with np.load(_TABLE) as table:
+        return table["even"], table["odd"]
+
+
+def finite_film(
+    eps: Float[Array, "2"], w: Float[Array, "2"], slenderness: Float[Array, ""]
+) -> Float[Array, "2"]:
+    """Force on the journal over `mu R L³/c³` for a length of `slenderness` diameters, cavitated: the short
+    film's, less what leaves a pressure spread around the journal, turned a little. Fitted to solutions of
+    Reynolds' equation within 4 %; beyond an eccentricity ratio of 0.95 with the factor there."""
+    even, odd = _coefficients()
+    e2, w2 = eps @ eps, w @ w
+    far = e2 > LARGEST_RATIO**2
+    inside = jnp.where(far, LARGEST_RATIO / jnp.sqrt(jnp.where(far, e2, 1.0)), 1.0) * eps
+    moving = w2 > 0
+    direction = jnp.where(moving, w, eps) / jnp.sqrt(jnp.where(moving, w2, 1.0))
+    along, across = inside @ direction, inside[0] * direction[1] - inside[1] * direction[0]
+    on_even, on_odd = finite_basis(inside @ inside, slenderness, along, across)
+    factor = jnp.exp(jnp.sum(on_even * even))
+    turn = jnp.sum(on_odd * odd)
+    f = factor * short_film(eps, w, True)
+    c, s = jnp.cos(turn), jnp.sin(turn)
+    return jnp.stack([c * f[0] - s * f[1], s * f[0] + c * f[1]])
+
+
+def finite_basis(e2: Array, slenderness: Array, along: Array, across: Array) -> tuple[Array, Array]:
+    """What the logarithm of the force ratio is made of: (s, length, k) for `eps^k cos k alpha`, k from 0,
+    and for `eps^k sin k alpha`, k from 1. `e2` is eps², `along` eps cos alpha and `across` eps sin alpha:
+    smooth where the journal is in the middle."""
+    first, second, harmonics = DEGREES
+    least = np.sqrt(1 - LARGEST_RATIO**2)
+    s = _polynomials((2 * jnp.sqrt(1 - e2) - 1 - least) / (1 - least), first)
+    length = _polynomials((2 * slenderness - sum(LENGTHS)) / (LENGTHS[1] - LENGTHS[0]), second)
+    x, y = [jnp.ones_like(e2)], [jnp.zeros_like(e2)]
+    for _ in range(harmonics):
+        x, y = (
+            [*x, x[-1] * along - y[-1] * across],
+            [*y, x[-1] * across + y[-1] * along],
+        )
+    both = s[:, None, None] * length[None, :, None]
+    return both * jnp.stack(x), both * jnp.stack(y[1:])
+
+
+def _polynomials(x: Array, degree: int) -> Array:
+    """Chebyshev's, from 0 to `degree`."""
+    found = [jnp.ones_like(x), x]
+    for _ in range(degree - 1):
+        found.append(2 * x * found[-1] - found[-2])
+    return jnp.stack(found)

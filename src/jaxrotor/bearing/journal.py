@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ..errors import InputError
 from ..parameter import known, parameter
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
-from .film import short_film
+from .film import LENGTHS, finite_film, short_film
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
@@ -37,12 +37,23 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
     clearance: eqx.AbstractVar[Array]
     viscosity: eqx.AbstractVar[Array]
     film: eqx.AbstractVar[str]
+    theory: eqx.AbstractVar[str]
 
     signals: ClassVar[dict[str, str]] = {"film_force": "N", "eccentricity_ratio": ""}
 
     def faults(self):
         if self.film not in ("cavitated", "full"):
             yield f'film must be "cavitated" or "full", but is {self.film!r}'
+        if self.theory not in ("short", "finite"):
+            yield f'theory must be "short" or "finite", but is {self.theory!r}'
+        slenderness = float(self.length) / float(self.diameter)
+        if self.theory == "finite" and not LENGTHS[0] <= slenderness <= LENGTHS[1]:
+            yield (
+                f"length must be {LENGTHS[0]:g} to {LENGTHS[1]:g} diameters for the finite theory, but is "
+                f'{slenderness:.3g}: take theory="short" for a shorter bearing, several for a longer one'
+            )
+        if self.theory == "finite" and self.film == "full":
+            yield 'film must be "cavitated" for the finite theory: take theory="short" for a full film'
         if float(self.clearance) >= 0.1 * float(self.diameter):
             yield (
                 f"clearance must be far smaller than the diameter (it is the radial one), but is "
@@ -66,10 +77,15 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     def force(self, e: Float[Array, "2"], w: Float[Array, "2"]) -> Float[Array, "2"]:
         """On the journal, N, at `e` (m) moving with `w` (m/s) less half of the surfaces' turning."""
-        return self._scale() * short_film(e / self.clearance, w, self.film == "cavitated")
+        eps = e / self.clearance
+        if self.theory == "finite":
+            return self._scale() * finite_film(eps, w, self.length / self.diameter)
+        return self._scale() * short_film(eps, w, self.film == "cavitated")
 
     def _squeezed(self, e, w) -> Array:
-        """Power that the flow under pressure turns into heat, W, by quadrature."""
+        """Power that the flow under pressure turns into heat, W, by quadrature over the short film."""
+        if self.theory == "finite":
+            return -self.force(e, w) @ w
         size = jnp.sqrt(w @ w)
         about = jnp.arctan2(jnp.where(size > 0, w[1], 0.0), jnp.where(size > 0, w[0], 1.0))
         whole = self.film == "full"
@@ -99,7 +115,7 @@ def _plane(f: Array, torque: Array) -> Vec6:
 
 
 class JournalBearing(AbstractFilm):
-    """A plain cylindrical journal bearing, short against its circumference (length up to half the diameter).
+    """A plain cylindrical journal bearing, by the theory of the short film or of finite length.
 
     Attached to the journal's station it is fixed in the ground: `(bearing, "journal")`; with a housing or
     pedestal that moves, `(bearing, ("journal", "pedestal"))`. Only the centres count, not how the journal
@@ -108,6 +124,12 @@ class JournalBearing(AbstractFilm):
     - `diameter`, `length`, `clearance`: m, the clearance radial. `viscosity`: Pa·s, at working temperature.
     - `film`: `"cavitated"`, pressure below ambient is cut off (Guembel), or `"full"`, which an oil under a
       high ambient pressure keeps.
+
+    - `theory`: `"short"`, Ocvirk's closed form, for lengths up to a quarter of the diameter or so (at half
+      of it and an eccentricity ratio of 0.6 it bears 37 % too much); `"finite"`, fitted to solutions of
+      Reynolds' equation with its pressure cut off below ambient, for lengths of 0.1 to 1.25 diameters
+      (within 4 % up to an eccentricity ratio of 0.95). Films that begin where pressure and slope vanish
+      bear 1 to 20 % more.
 
     The film's shear brakes the journal (Petroff over the whole circumference), and half of the torque that
     the pressure has about the bearing's centre falls on either surface: so what whirl gains, the shaft's
@@ -120,6 +142,7 @@ class JournalBearing(AbstractFilm):
     clearance: Float[Array, ""] = parameter("m", positive=True)
     viscosity: Float[Array, ""] = parameter("Pa*s", positive=True)
     film: Literal["cavitated", "full"] = eqx.field(static=True, default="cavitated")
+    theory: Literal["short", "finite"] = eqx.field(static=True, default="short")
 
     def _motion(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, Array]:
         """e, w and the speed of the surfaces against each other (rad/s)."""
@@ -206,6 +229,7 @@ class SqueezeFilmDamper(AbstractFilm):
     clearance: Float[Array, ""] = parameter("m", positive=True)
     viscosity: Float[Array, ""] = parameter("Pa*s", positive=True)
     film: Literal["cavitated", "full"] = eqx.field(static=True, default="cavitated")
+    theory: Literal["short", "finite"] = eqx.field(static=True, default="short")
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         f = self.film_force(t, motions, state)
