@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ..errors import InputError
 from ..machine.machine import Machine
 from .eigen import eigensystem
-from .linearise import linearize
+from .linearise import LinearModel, linearize
 from .modes import Mode, named
 
 _STEPS = 20
@@ -61,8 +61,8 @@ def critical_modes(
     means nothing. Not for use under `jit`.
     """
     speeds = np.asarray(critical_speeds(machine, order, False, at, count))
-    rest = linearize(machine, 0.0, at)
-    M, K, G1 = (np.asarray(x) for x in (rest.M, rest.K, gyroscopic_per_speed(machine, at)))
+    rest, G1 = at_rest(machine, at)
+    M, K, G1 = (np.asarray(x) for x in (rest.M, rest.K, G1))
     n = M.shape[0]
     values, shapes = np.zeros(len(speeds), complex), np.zeros((n, len(speeds)), complex)
     for k, speed in enumerate(speeds):
@@ -77,18 +77,24 @@ def critical_modes(
     return named(turning, values, shapes)
 
 
-def gyroscopic_per_speed(machine: Machine, at: Any) -> Float[Array, "n n"]:
-    """dG/d(speed) at rest."""
+def at_rest(machine: Machine, at: Any) -> tuple[LinearModel, Float[Array, "n n"]]:
+    """The machine at rest, and there dG/d(speed)."""
+
+    def gyroscopic(speed):
+        model = linearize(machine, speed, at)
+        return model.G, model
+
     zero = jnp.zeros(())
-    return jax.jvp(lambda w: linearize(machine, w, at).G, (zero,), (jnp.ones_like(zero),))[1]
+    _, per_speed, model = jax.jvp(gyroscopic, (zero,), (jnp.ones_like(zero),), has_aux=True)
+    return model, per_speed
 
 
 @eqx.filter_jit
 def _undamped(machine: Machine, order, at) -> Array:
-    rest = linearize(machine, 0.0, at)
+    rest, G = at_rest(machine, at)
     n = rest.M.shape[0]
     # the complex pencil as a real one of twice the size: i becomes [[0, -1], [1, 0]]
-    G = gyroscopic_per_speed(machine, at) / order
+    G = G / order
     mass = jnp.block([[rest.M, G], [-G, rest.M]])
     stiffness = jnp.kron(jnp.eye(2), 0.5 * (rest.K + rest.K.T))
     values, _, _ = eigensystem(jnp.linalg.solve(mass, stiffness))

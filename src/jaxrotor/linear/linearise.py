@@ -155,10 +155,10 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
         applied = jnp.zeros((6, nodes)).at[component, station].set(force)
         return relative_field(zero, y, system, reference, applied)
 
-    B = jax.jacfwd(pushed)(jnp.zeros(n))
+    B, own = jax.jacfwd(lambda f: (pushed(f),) * 2, has_aux=True)(jnp.zeros(n))
     M = jnp.linalg.inv(B[n : 2 * n])
     M = 0.5 * (M + M.T)
-    held = None if isinstance(at, State) else holding(machine, system, y, reference, M)
+    held = None if isinstance(at, State) else holding(machine, system, own, M)
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
@@ -182,14 +182,13 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
 
 
 def holding(
-    machine: Machine, system: System, y: Array, reference: Reference, M: Array
+    machine: Machine, system: System, own: Float[Array, " d"], M: Array
 ) -> Float[Array, "6 m"]:
-    """Forces from outside that bear what would slow a steady state down or lift it off. `M` in the order
-    of the vector field."""
+    """Forces from outside that bear what would slow a steady state down or lift it off: `own` is the vector
+    field there, in whose order `M` is too."""
     component, station, _, _ = coordinate_order(machine)
     n = n_free(system)
-    own = relative_field(jnp.zeros(()), y, system, reference)[n : 2 * n]
-    return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own)
+    return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own[n : 2 * n])
 
 
 def coordinate_order(

@@ -127,7 +127,8 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
         held = None
         if not isinstance(at, State):
             M = model.M[np.ix_(np.argsort(order), np.argsort(order))]
-            held = holding(balanced, nominal, y, (zero, speed, zero), M)
+            own = relative_field(zero, y, nominal, (zero, speed, zero))
+            held = holding(balanced, nominal, own, M)
 
         def excess(angle):
             reference = (angle / turn, speed, zero)

@@ -60,8 +60,7 @@ def critical_speed_map(
     without = machine
     for name in names:
         without = _without(without, name)
-    rest = linearize(without, 0.0, at="undeformed")
-    G = gyroscopic_per_speed(without, "undeformed")
+    rest, G = at_rest(without, "undeformed")
     lateral = np.array(
         [i for i, (_, c) in enumerate(rest.coordinates) if c in ("x", "y", "psi", "theta")]
     )

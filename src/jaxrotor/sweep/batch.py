@@ -165,9 +165,11 @@ def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh)
     return _run_sharded(setup, jax.device_put(values, rows), jax.device_put(y0, rows), mesh)
 
 
-def solves_in_its_field(machine: Machine) -> bool:
-    """Whether runs call LAPACK at every step: then devices of one processor cannot share a batch."""
-    return jax.eval_shape(assemble, machine).mass is not None
+def solves_as_it_runs(setup: Setup) -> bool:
+    """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor cannot
+    share a batch."""
+    implicit = not isinstance(setup.solver, (ExponentialAdams, ETD4RK))
+    return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
 
 
 @eqx.filter_jit

@@ -13,7 +13,7 @@ from jax.sharding import Mesh
 
 from ..errors import InputError
 from ..solve.simulate import with_count
-from .batch import Outcome, Setup, run_batch, run_sharded, solves_in_its_field
+from .batch import Outcome, Setup, run_batch, run_sharded, solves_as_it_runs
 
 # Chunks under way at a time for each worker of a cluster: one runs, one waits.
 _AHEAD = 2
@@ -140,7 +140,7 @@ def computed(setup: Setup, values: dict[str, np.ndarray], steps: int) -> Outcome
     devices = jax.local_devices()
     batch = {path: np.asarray(x) for path, x in values.items()}
     size = next(iter(batch.values())).size
-    shared = devices[0].platform != "cpu" or not solves_in_its_field(setup.machine)
+    shared = devices[0].platform != "cpu" or not solves_as_it_runs(setup)
     if len(devices) > 1 and shared:
         # a chunk planned for other devices is filled up
         more = -size % len(devices)
