@@ -425,6 +425,44 @@ def test_a_study_with_all_of_them(tmp_path):
         np.testing.assert_allclose(again[name], value, rtol=1e-14, err_msg=name)
 
 
+def test_forces_are_differentiable_by_every_parameter():
+    """Reverse mode against central differences, at a motion where every ball, pit and face has its say."""
+    pit = jr.OuterRaceDefect(0.6, 0.5, 4e-6)
+    flat = jr.BallDefect(0.4, 0.9, 3e-6)
+    parts = {
+        "film": (BEARING, 2),
+        "finite": (jr.JournalBearing(0.1, 0.06, 1e-4, 0.1, theory="finite"), 2),
+        "squeeze": (jr.SqueezeFilmDamper(0.1, 0.03, 1e-4, 0.01), 2),
+        "rolling": (jr.RollingBearing(**ROLLING, balls=9, defects=(pit, flat)), 2),
+        "rub": (jr.Rub(2e-5, 1e6, 0.05, 0.2, 0.5, smoothing=1e-6), 2),
+        "joint": (jr.UniversalJoint(1e3, 1.0, 0.4, 0.2), 2),
+        "pedestal": (jr.LawSupport(y=jr.Bilinear(1e4, 1e5, 5.0, 8.0, smoothing=4e-5)), 1),
+    }
+    ends = (
+        motion((3e-5, -2e-5), (2e-3, 1e-3), 90.0, 0.35),
+        motion((-1e-5, 5e-6), (-1e-3, 2e-3), 10.0, 0.1),
+    )
+    for name, (part, count) in parts.items():
+        leaves, structure = jax.tree.flatten(part)
+
+        @jax.jit
+        def scalar(leaves, structure=structure, count=count):
+            forces = jax.tree.unflatten(structure, leaves).forces(0.0, ends[:count], None)
+            return sum(jnp.sin(jnp.arange(6.0) + i) @ f for i, f in enumerate(forces))
+
+        exact = jax.grad(scalar)(leaves)
+        for k, leaf in enumerate(leaves):
+            magnitude = float(jnp.max(jnp.abs(leaf)))
+            h = 1e-6 * max(magnitude, 1e-6)
+            sides = [scalar([*leaves[:k], leaf + d, *leaves[k + 1 :]]) for d in (h, -h)]
+            central = float(sides[0] - sides[1]) / (2 * h)
+            size = abs(float(scalar(leaves))) / max(magnitude, 1e-3)
+            assert float(jnp.sum(exact[k])) == pytest.approx(central, rel=1e-6, abs=1e-6 * size), (
+                name,
+                k,
+            )
+
+
 STUDY = """
 title = "x"
 [machine]
