@@ -56,14 +56,16 @@ def newton_root(
             most = 2 * size(value)
 
             def too_far(carry):
-                share, left, k = carry
-                return ~(left <= most) & (k < _HALVINGS)
+                _, left, k = carry
+                return ~(left <= most) & (k <= _HALVINGS)
 
             def halve(carry):
                 share, _, k = carry
-                return 0.5 * share, size(f(x - 0.5 * share * step)), k + 1
+                share = 0.5 * share
+                return share, size(f(x - share * step)), k + 1
 
-            share, _, _ = jax.lax.while_loop(too_far, halve, (1.0, size(f(x - step)), 0))
+            # the whole step is the first half of two: the program of f stands here once
+            share, _, _ = jax.lax.while_loop(too_far, halve, (2.0, jnp.inf, 0))
             return x - share * step, share * step, i + 1
 
         x, _, _ = jax.lax.while_loop(going, once, (x, jnp.full_like(x, jnp.inf), 0))
