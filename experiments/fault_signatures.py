@@ -89,7 +89,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--out", type=Path, default=Path("out/fault_signatures"), metavar="DIR")
+    parser.add_argument("--out", type=Path, default=Path("results/fault_signatures"), metavar="DIR")
     args = parser.parse_args()
     turns, per_turn = 32, 64
 

@@ -126,7 +126,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--out", type=Path, default=Path("out/finite_film"), metavar="DIR")
+    parser.add_argument("--out", type=Path, default=Path("results/finite_film"), metavar="DIR")
     parser.add_argument("--table", type=Path, help="write the coefficients there too")
     args = parser.parse_args()
     even, odd, worst, rms = fit()

@@ -64,7 +64,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--out", type=Path, default=Path("out/oil_whirl"), metavar="DIR")
+    parser.add_argument("--out", type=Path, default=Path("results/oil_whirl"), metavar="DIR")
     parser.add_argument("--seconds", type=float, default=12.0, help="of the run-up (default: 12)")
     args = parser.parse_args()
 

@@ -12,8 +12,7 @@ from ..attach.support import LinearSupport, SpeedDependentSupport
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from .critical import gyroscopic_per_speed
-from .linearise import linearize
+from .critical import at_rest
 from .modes import whirl_of
 
 
