@@ -189,6 +189,22 @@ def test_threshold_and_half_speed_whirl():
     assert sizes[0][1] < 0.9 * sizes[0][0] and sizes[1][1] > 1.1 * sizes[1][0]
 
 
+@pytest.mark.parametrize("theory", ["short", "finite"])
+def test_machines_find_their_working_point_from_light_to_heavy(theory):
+    """Eccentricity ratios from 0.0002 to 0.98: the machine's Newton method against the bearing's own."""
+    film = jr.JournalBearing(0.1, 0.05, 1e-4, 0.1, theory=theory)
+    machine = rigid_rotor(100.0, film)
+    ratios = []
+    for mass in (0.5, 50.0, 5000.0):
+        heavy = machine.set({"journal.mass": mass})
+        for speed in (1.0, 100.0, 5000.0):
+            place = jr.linearize(heavy, speed).state.position[0, :2]
+            expected = film.working_point((0.0, -9.81 * mass), speed).eccentricity
+            np.testing.assert_allclose(place, expected, rtol=0, atol=1e-12)
+            ratios.append(float(jnp.hypot(*expected)) / 1e-4)
+    assert min(ratios) < 1e-3 and max(ratios) > 0.95
+
+
 def test_derivatives_by_viscosity_and_clearance():
     state = jr.linearize(rigid_rotor(700.0), 700.0).state
 

@@ -11,7 +11,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
 from ..kinematics import COORDINATES
-from ..machine.field import Reference, initial_states, n_free, relative_field
+from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine

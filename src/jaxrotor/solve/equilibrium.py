@@ -16,6 +16,8 @@ from .newton import newton_root
 from .state import State, from_flat
 
 _ITERATIONS = 25
+# Near its wall a film stiffens faster than Newton's method converges.
+_RUNNING_ITERATIONS = 100
 # A spring that holds the common turning is stiffer than this part of the line's torsional stiffness.
 _HELD = 1e-9
 
@@ -77,7 +79,7 @@ def running(system: System, reference: Reference) -> Float[Array, " d"]:
         return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
 
     start = jnp.concatenate([jnp.zeros(n), z])
-    x = newton_root(missing, start, _ITERATIONS, 1e-12) if start.size else start
+    x = newton_root(missing, start, _RUNNING_ITERATIONS, 1e-12) if start.size else start
     return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
 
 

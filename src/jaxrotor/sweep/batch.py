@@ -166,8 +166,8 @@ def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh)
 
 
 def solves_as_it_runs(setup: Setup) -> bool:
-    """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor cannot
-    share a batch."""
+    """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor
+    cannot share a batch."""
     implicit = not isinstance(setup.solver, (ExponentialAdams, ETD4RK))
     return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
 
