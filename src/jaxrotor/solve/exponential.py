@@ -61,8 +61,10 @@ def _prepare(A, lengths, substeps: int, exact_rows: int) -> Array:
 
 
 def _remainder(terms, A, args, exact_rows: int) -> Callable:
-    """N in the rows where it is not zero."""
+    """N in the rows where it is not zero. A function of its own within the program: a step evaluates it at
+    several places, and traces it once."""
 
+    @jax.jit
     def N(t, y):
         return terms.vf(t, y, args)[exact_rows:] - A[exact_rows:] @ y
 
