@@ -11,7 +11,8 @@ from jaxrotor.solve.phi import phi_functions
 
 class ExponentialRosenbrock(diffrax.AbstractAdaptiveSolver):
     """exprb43 of Hochbruck, Ostermann & Schweitzer, SIAM J. Numer. Anal. 47 (2009) 786: order four with an
-    estimate of order three, three evaluations, one Jacobian and the phi functions of h J a step. Time is a state."""
+    estimate of order three, three evaluations, one Jacobian and the phi functions of h J a step. Time is a
+    state."""
 
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar[Any] = diffrax.ThirdOrderHermitePolynomialInterpolation.from_k

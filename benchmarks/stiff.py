@@ -1,9 +1,9 @@
 """Work and precision where forces stiffen: candidates for machines that are not smooth, on three of them.
 
 Rodas5P (`jr.Rosenbrock`), Kvaerno5 of diffrax and an exponential method made linear anew at each step, beside
-CVODE (BDF) and SciPy's Radau with equations by hand, compiled by numba. Each at three tolerances; the error is the
-largest of the path in the plane, over its size, against Rodas5P at 1e-12 (which Radau at 1e-12 confirms). Compiling
-and running apart, the best of three.
+CVODE (BDF) and SciPy's Radau with equations by hand, compiled by numba. Each at three tolerances; the error
+is the largest of the path in the plane, over its size, against Rodas5P at 1e-12 (which Radau at 1e-12
+confirms). Compiling and running apart, the best of three.
 
     python benchmarks/stiff.py
 """
@@ -70,29 +70,32 @@ def radau(field, start, t_end, rtol):
     return run
 
 
+def solvers(machine, field, start, t_end):
+    """Words -> a maker of runs to a tolerance."""
+
+    def by(solver):
+        return lambda tol: ours(machine, start, t_end, solver, tol)
+
+    return {
+        "Rodas5P (jr.Rosenbrock)": by(jr.Rosenbrock()),
+        "Kvaerno5": by(diffrax.Kvaerno5()),
+        "exponential, linear anew": by(ExponentialRosenbrock()),
+        "CVODE (BDF), numba": lambda tol: cvode(field, start, t_end, tol),
+        "SciPy Radau, numba": lambda tol: radau(field, start, t_end, tol),
+    }
+
+
 def main() -> None:
     print(header("diffrax", "scipy", "numba", "scikit-sundae"))
     for name, (build, field, start, t_end) in MACHINES.items():
         machine = build()
         exact, _ = ours(machine, start, t_end, jr.Rosenbrock(), 1e-12)()
         confirmed, _ = radau(field, start, t_end, 1e-11)()
-        size = np.max(np.abs(exact))
-        count = len(exact)
-        print(
-            f"\n{name}: {t_end:g} s; Radau at 1e-11 is {np.max(np.abs(confirmed[:count] - exact)) / size:.0e} off"
-        )
+        size, count = np.max(np.abs(exact)), len(exact)
+        off = np.max(np.abs(confirmed[:count] - exact)) / size
+        print(f"\n{name}: {t_end:g} s; Radau at 1e-11 is {off:.0e} off")
         print(f"  {'':28}{'tolerance':>10}{'compile s':>11}{'run s':>9}{'error':>9}{'steps':>9}")
-        for words, make in {
-            "Rodas5P (jr.Rosenbrock)": lambda tol: ours(
-                machine, start, t_end, jr.Rosenbrock(), tol
-            ),  # noqa: B023
-            "Kvaerno5": lambda tol: ours(machine, start, t_end, diffrax.Kvaerno5(), tol),  # noqa: B023
-            "exponential, made linear anew": lambda tol: ours(
-                machine, start, t_end, ExponentialRosenbrock(), tol
-            ),  # noqa: B023
-            "CVODE (BDF), numba": lambda tol: cvode(field, start, t_end, tol),  # noqa: B023
-            "SciPy Radau, numba": lambda tol: radau(field, start, t_end, tol),  # noqa: B023
-        }.items():
+        for words, make in solvers(machine, field, start, t_end).items():
             for tol in TOLERANCES:
                 run = make(tol)
                 seconds = []
