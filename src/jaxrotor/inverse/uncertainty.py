@@ -76,7 +76,9 @@ def knowledge(
     lost = set(np.flatnonzero(~felt))
     for direction in V[~seen]:
         shares = direction / lengths[columns]
-        shares = shares / shares[np.argmax(np.abs(shares))]
+        # among equals the first, whatever rounding makes of them
+        size = np.abs(shares)
+        shares = shares / shares[np.argmax(size > (1 - 1e-6) * size.max())]
         taking = np.flatnonzero(np.abs(shares) > _SHARE)
         blind.append({names[columns[i]]: float(shares[i]) for i in taking})
         lost |= {int(columns[i]) for i in taking}
