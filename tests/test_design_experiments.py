@@ -64,7 +64,7 @@ def test_fastest_decay(mu):
     f, zeta, rate = damper.nishihara_matsuhisa(mu)
     assert plain.found == pytest.approx(rate, rel=1e-4)
     assert smooth.found == pytest.approx(rate, rel=1e-6)
-    # how long the plain one creeps is a matter of rounding: 170 to 300 evaluations were seen, 115 of the other
+    # how long the plain one creeps is a matter of rounding: 170 to 300 evaluations were seen against 115
     assert smooth.optimum.converged and smooth.evaluations < plain.evaluations
     assert_tuned(smooth, f, zeta)
     # the poles themselves, where they all but coincide: the square root of what is missed
