@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -203,27 +202,6 @@ def test_machines_find_their_working_point_from_light_to_heavy(theory):
             np.testing.assert_allclose(place, expected, rtol=0, atol=1e-12)
             ratios.append(float(jnp.hypot(*expected)) / 1e-4)
     assert min(ratios) < 1e-3 and max(ratios) > 0.95
-
-
-def test_derivatives_by_viscosity_and_clearance():
-    state = jr.linearize(rigid_rotor(700.0), 700.0).state
-
-    def scalar(values, adjoint=None):
-        bearing = jr.JournalBearing(0.1, 0.03, values[0], values[1])
-        machine = eqx.tree_at(lambda m: m["film"], rigid_rotor(700.0), bearing)
-        run = jr.simulate(
-            machine, 0.01, 2000.0, state, rtol=1e-9, atol=1e-12, adjoint=adjoint, progress=False
-        )
-        return 1e9 * jnp.sum(run["journal"].x ** 2)
-
-    at = jnp.array([1.02e-4, 0.11])
-    value = jax.jit(scalar)
-    reverse = jax.grad(scalar)(at)
-    forward = jax.jacfwd(lambda v: scalar(v, diffrax.ForwardMode()))(at)
-    steps = 1e-5 * np.diag(at)
-    central = [(value(at + d) - value(at - d)) / (2 * d.sum()) for d in steps]
-    np.testing.assert_allclose(forward, reverse, rtol=1e-12)
-    np.testing.assert_allclose(reverse, central, rtol=1e-7)
 
 
 def test_derivatives_of_the_coefficients():

@@ -156,19 +156,29 @@ def test_energy_of_a_rub():
     assert audit.kinetic[-1] < 0.9 * audit.kinetic[0]
 
 
-def test_derivatives_by_friction_gap_and_damping():
-    machine = jeffcott(330.0, {"rub": jr.Rub(1.5e-4, 1e6, 0.05, 0.1, 0.5, smoothing=1e-5)})
+def test_derivatives_through_contact_and_film():
+    """By friction, gap and damping of a rub and clearance and viscosity of a film, in one machine."""
+    rub = jr.Rub(1.5e-4, 1e6, 0.05, 0.1, 0.5, smoothing=1e-5)
+    film = jr.JournalBearing(0.1, 0.02, 4e-4, 0.02)
+    machine = jeffcott(330.0, {"rub": rub, "film": film})
+
+    def own(m):
+        return (
+            m["rub"].friction,
+            m["rub"].gap,
+            m["rub"].damping,
+            m["film"].clearance,
+            m["film"].viscosity,
+        )
 
     def scalar(values, adjoint=None):
-        own = eqx.tree_at(
-            lambda m: (m["rub"].friction, m["rub"].gap, m["rub"].damping), machine, tuple(values)
-        )
+        changed = eqx.tree_at(own, machine, tuple(values))
         run = jr.simulate(
-            own, 0.02, 2000.0, "undeformed", step=5e-5, adjoint=adjoint, progress=False
+            changed, 0.02, 2000.0, "undeformed", step=5e-5, adjoint=adjoint, progress=False
         )
         return 1e8 * jnp.sum(run["disc"].x ** 2)
 
-    at = jnp.array([0.1, 1.5e-4, 0.5])
+    at = jnp.stack(own(machine))
     value = jax.jit(scalar)
     reverse = jax.grad(scalar)(at)
     forward = jax.jacfwd(lambda v: scalar(v, diffrax.ForwardMode()))(at)
