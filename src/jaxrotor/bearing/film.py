@@ -47,9 +47,9 @@ def _full(e: Array) -> tuple[Array, Array, Array]:
 
 def _cavitated(e: Array, narrow: Array, wr: Array, wt: Array) -> tuple[Array, Array, Array]:
     """Over the half circle about the direction of w, from the angle x1 to x2 of Sommerfeld's."""
-    size = jnp.sqrt(wr**2 + wt**2)
-    moving = size > 0
-    size = jnp.where(moving, size, 1.0)
+    square = wr**2 + wt**2
+    moving = square > 0
+    size = jnp.sqrt(jnp.where(moving, square, 1.0))
     cosine, sine = jnp.where(moving, wr / size, 1.0), jnp.where(moving, wt / size, 0.0)
     # theta1 = angle of w - pi/2, theta2 = + pi/2; (c1, s1) and (c2, s2) are the cosine and sine of x1 and x2
     c1, s1 = _substituted(sine, -cosine, e, narrow)
