@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..elastic.law import AbstractLaw, end_to_end, share_out
+from ..elastic.law import AbstractLaw, each_law, end_to_end, laws_of
 from ..kinematics import COORDINATES
 from ..protocol import AbstractAttachment, Energetic, Motion, Stateful, Timed, Vec6
 
@@ -27,18 +27,13 @@ class LawSupport(AbstractAttachment, Energetic, Stateful, Timed):
     phi: AbstractLaw | None = None
 
     def faults(self):
-        if not self._laws():
+        if not laws_of(self):
             yield f"a law must be given for one of {', '.join(COORDINATES)}, but there is none"
-
-    def _laws(self) -> dict[int, AbstractLaw]:
-        laws = {i: getattr(self, name) for i, name in enumerate(COORDINATES)}
-        return {i: law for i, law in laws.items() if law is not None}
 
     def _each(self, motions: tuple[Motion, ...], state) -> Iterator[tuple]:
         """Number, law, coordinate, rate and states of each."""
         ((q, v),) = motions
-        laws = self._laws()
-        for (i, law), own in zip(laws.items(), share_out([*laws.values()], state)):
+        for i, law, own in each_law(self, state):
             yield i, law, q[i], v[i], own
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
@@ -56,10 +51,10 @@ class LawSupport(AbstractAttachment, Energetic, Stateful, Timed):
         return sum(each, jnp.zeros(()))
 
     def initial(self) -> Float[Array, " k"]:
-        return end_to_end([law.initial() for law in self._laws().values()])
+        return end_to_end([law.initial() for law in laws_of(self).values()])
 
     def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
         return end_to_end([law.rates(t, x, v, s) for _, law, x, v, s in self._each(motions, state)])
 
     def times(self) -> Float[Array, " n"]:
-        return end_to_end([law.times() for law in self._laws().values()])
+        return end_to_end([law.times() for law in laws_of(self).values()])

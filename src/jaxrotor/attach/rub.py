@@ -5,12 +5,10 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..centres import direction, pushed, relative
 from ..parameter import parameter
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
 from ..touch import area, depth
-
-# An excentricity below this (m) has no direction; nothing touches there.
-_CENTRE = 1e-30
 
 
 class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
@@ -57,20 +55,12 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     def _place(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, Array, Array, Array]:
         """Distance of the centres, the normal outwards, the tangent, u' and the slip."""
-        (q, v), *stator = motions
-        e, e_t, turning = q[:2] - self.offset, v[:2], self.radius * v[5]
-        if stator:
-            ((qs, vs),) = stator
-            e, e_t = e - qs[:2], e_t - vs[:2]
-        square = e @ e
-        away = square > _CENTRE
-        size = jnp.sqrt(jnp.where(away, square, 1.0))
-        normal = jnp.where(away, e / size, jnp.array([1.0, 0.0]))
-        size = jnp.where(away, size, 0.0)
+        e, e_t = relative(motions)
+        size, normal = direction(e - self.offset)
         tangent = jnp.stack([-normal[1], normal[0]])
-        slip = turning + e_t @ tangent
-        if stator:
-            slip = slip - (size + self.radius) * vs[5]
+        slip = self.radius * motions[0][1][5] + e_t @ tangent
+        if len(motions) > 1:
+            slip = slip - (size + self.radius) * motions[1][1][5]
         return size, normal, tangent, e_t @ normal, slip
 
     def _normal(self, size: Array, closing: Array) -> Array:
@@ -85,14 +75,8 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
         normal = self._normal(size, closing)
         along = self._friction(normal, slip)
         f = along * tangent - normal * n
-        zero = jnp.zeros_like(normal)
         # the stator feels it where they touch, further out than the rotor's surface is from its own centre
-        arms = (self.radius, -(size + self.radius))
-        ends = (
-            jnp.stack([sign * f[0], sign * f[1], zero, zero, zero, arm * along])
-            for sign, arm in zip((1.0, -1.0), arms)
-        )
-        return tuple(ends)[: len(motions)]
+        return pushed(motions, f, self.radius * along, -(size + self.radius) * along)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
         size, *_ = self._place(motions)

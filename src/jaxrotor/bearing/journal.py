@@ -9,6 +9,7 @@ import numpy as np
 import optimistix
 from jaxtyping import Array, Float
 
+from ..centres import pushed, relative
 from ..errors import InputError
 from ..parameter import known, parameter
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
@@ -96,22 +97,9 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
         return self._scale() * span * jnp.sum(_WEIGHTS * flow)
 
 
-def relative(motions: tuple[Motion, ...]) -> tuple[Array, Array]:
-    """Journal's centre less the housing's: m, m/s."""
-    q, v = motions[0]
-    if len(motions) == 1:
-        return q[:2], v[:2]
-    return q[:2] - motions[1][0][:2], v[:2] - motions[1][1][:2]
-
-
 def _across(e: Array) -> Array:
     """z × e."""
     return jnp.stack([-e[1], e[0]])
-
-
-def _plane(f: Array, torque: Array) -> Vec6:
-    zero = jnp.zeros_like(torque)
-    return jnp.stack([f[0], f[1], zero, zero, zero, torque])
 
 
 class JournalBearing(AbstractFilm):
@@ -160,8 +148,7 @@ class JournalBearing(AbstractFilm):
         e, w, speed = self._motion(motions)
         f = self.force(e, w)
         shared, drag = 0.5 * jnp.sum(_across(e) * f), self._drag(e) * speed
-        ends = (_plane(f, -drag - shared), _plane(-f, drag - shared))
-        return ends[: len(motions)]
+        return pushed(motions, f, -drag - shared, drag - shared)
 
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
         e, w, speed = self._motion(motions)
@@ -234,7 +221,7 @@ class SqueezeFilmDamper(AbstractFilm):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         f = self.film_force(t, motions, state)
         zero = jnp.zeros_like(f[0])
-        return (_plane(f, zero), _plane(-f, zero))[: len(motions)]
+        return pushed(motions, f, zero, zero)
 
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
         return self._squeezed(*relative(motions))

@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..centres import pushed, relative
 from ..parameter import parameter
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
-from .journal import relative
 
 # The contact of a ball with the race, of a roller with its track: Hertz's point and line contact.
 POINT, LINE = 1.5, 10.0 / 9.0
@@ -156,12 +156,7 @@ class RollingBearing(AbstractAttachment, Energetic, Signalling, NonSmooth):
         e, e_t = relative(motions)
         pull, inner, outer = jax.grad(self._potential, argnums=(0, 1, 2))(e, *_turned(motions))
         f = -pull - self.damping * e_t
-        zero = jnp.zeros_like(inner)
-        ends = (
-            jnp.stack([f[0], f[1], zero, zero, zero, -inner]),
-            jnp.stack([-f[0], -f[1], zero, zero, zero, -outer]),
-        )
-        return ends[: len(motions)]
+        return pushed(motions, f, -inner, -outer)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
         return self._potential(relative(motions)[0], *_turned(motions))

@@ -4,12 +4,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..centres import direction, pushed, relative
 from ..elastic.law import AbstractLaw
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Vec6
-from .journal import relative
-
-# Nearer to the middle than this (m) there is no direction, and no force.
-_CENTRE = 1e-30
 
 
 class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
@@ -31,18 +28,14 @@ class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
     def _line(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, Array]:
         """Distance, its rate and the direction."""
         e, e_t = relative(motions)
-        square = e @ e
-        away = square > _CENTRE
-        r = jnp.sqrt(jnp.where(away, square, 1.0))
-        n = jnp.where(away, e / r, jnp.array([1.0, 0.0]))
-        return jnp.where(away, r, 0.0), e_t @ n, n
+        r, n = direction(e)
+        return r, e_t @ n, n
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         r, r_t, n = self._line(motions)
         f = -self.law.force(t, r, r_t, jnp.zeros(0)) * n
         zero = jnp.zeros_like(r)
-        ends = (jnp.stack([s * f[0], s * f[1], zero, zero, zero, zero]) for s in (1.0, -1.0))
-        return tuple(ends)[: len(motions)]
+        return pushed(motions, f, zero, zero)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
         return self.law.energy(t, self._line(motions)[0], jnp.zeros(0))

@@ -39,23 +39,24 @@ def signal(values: Any, place: str, like: np.ndarray | None = None) -> np.ndarra
 
 
 def positive(value: Any, place: str, unit: str) -> float:
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"`{place}`: must be a number in {unit}, but is {value!r}") from None
+    found = _number(value, place, unit)
     if not 0 < found < np.inf:
         raise InputError(f"`{place}`: must be positive and finite ({unit}), but is {found:g}")
     return found
 
 
 def finite(value: Any, place: str, unit: str) -> float:
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"`{place}`: must be a number in {unit}, but is {value!r}") from None
+    found = _number(value, place, unit)
     if not np.isfinite(found):
         raise InputError(f"`{place}`: must be finite ({unit}), but is {found:g}")
     return found
+
+
+def _number(value: Any, place: str, unit: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"`{place}`: must be a number in {unit}, but is {value!r}") from None
 
 
 def whole(value: Any, place: str, least: int = 1) -> int:

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..inertia.rotor import Imperfection
-from ..kinematics import COORDINATES
 from ..parameter import parameter
 from ..protocol import (
     AbstractElastic,
@@ -21,7 +20,7 @@ from ..protocol import (
     Timed,
     Vec6,
 )
-from .law import AbstractLaw, end_to_end, share_out
+from .law import AbstractLaw, each_law, end_to_end, laws_of
 
 
 class Misalignment(eqx.Module):
@@ -170,27 +169,17 @@ class Coupling(AbstractCoupling, Timed):
     theta: AbstractLaw | None = None
     phi: AbstractLaw | None = None
 
-    def _laws(self) -> dict[int, AbstractLaw]:
-        laws = {i: getattr(self, name) for i, name in enumerate(COORDINATES)}
-        return {i: law for i, law in laws.items() if law is not None}
-
-    def _each(self, state: Array) -> list[tuple[int, AbstractLaw, Array]]:
-        laws = self._laws()
-        return [
-            (i, law, own) for (i, law), own in zip(laws.items(), share_out([*laws.values()], state))
-        ]
-
     def law(self, t, d, d_t, state):
         k, c = self.stiffness, self.damping
         total = (k * d if k.ndim == 1 else k @ d) + (c * d_t if c.ndim == 1 else c @ d_t)
-        for i, law, own in self._each(state):
+        for i, law, own in each_law(self, state):
             total = total.at[i].add(law.force(t, d[i], d_t[i], own))
         return total
 
     def stored(self, t, d, state):
         k = self.stiffness
         total = 0.5 * jnp.sum(k * d**2) if k.ndim == 1 else 0.5 * d @ k @ d
-        return total + sum(law.energy(t, d[i], own) for i, law, own in self._each(state))
+        return total + sum(law.energy(t, d[i], own) for i, law, own in each_law(self, state))
 
     def lost(self, t, d, d_t, state):
         k, c = self.stiffness, self.damping
@@ -198,14 +187,14 @@ class Coupling(AbstractCoupling, Timed):
         if k.ndim == 2:  # only the symmetric part has a potential
             total = total + 0.5 * d_t @ (k - k.T) @ d
         return total + sum(
-            law.power_lost(t, d[i], d_t[i], own) for i, law, own in self._each(state)
+            law.power_lost(t, d[i], d_t[i], own) for i, law, own in each_law(self, state)
         )
 
     def initial(self):
-        return end_to_end([law.initial() for law in self._laws().values()])
+        return end_to_end([law.initial() for law in laws_of(self).values()])
 
     def law_rates(self, t, d, d_t, state):
-        return end_to_end([law.rates(t, d[i], d_t[i], s) for i, law, s in self._each(state)])
+        return end_to_end([law.rates(t, d[i], d_t[i], s) for i, law, s in each_law(self, state)])
 
     def times(self):
-        return end_to_end([law.times() for law in self._laws().values()])
+        return end_to_end([law.times() for law in laws_of(self).values()])

@@ -6,11 +6,13 @@ N·m/rad); along x, y and z the same law is in m and N, and study files read it 
 
 import abc
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..kinematics import COORDINATES
 from ..parameter import parameter
 from ..protocol import NonSmooth
 from ..touch import area, contact, depth
@@ -60,6 +62,20 @@ def share_out(laws: Sequence[AbstractLaw], state: States | None) -> list[States]
         parts.append(jnp.zeros(0) if state is None else state[first : first + count])
         first += count
     return parts
+
+
+def laws_of(part: Any) -> dict[int, AbstractLaw]:
+    """The laws that a part holds under the names of its coordinates, by their numbers."""
+    laws = {i: getattr(part, name) for i, name in enumerate(COORDINATES)}
+    return {i: law for i, law in laws.items() if law is not None}
+
+
+def each_law(part: Any, state: States | None) -> list[tuple[int, AbstractLaw, States]]:
+    """Coordinate, law and own states of each."""
+    laws = laws_of(part)
+    return [
+        (i, law, own) for (i, law), own in zip(laws.items(), share_out([*laws.values()], state))
+    ]
 
 
 def end_to_end(parts: Sequence[Array]) -> Float[Array, " n"]:
