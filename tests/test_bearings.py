@@ -364,12 +364,45 @@ def test_radial_bearing_by_a_table():
     bearing = jr.RadialBearing(table)
     e, e_t = np.array([1.2e-5, -1.6e-5]), np.array([0.01, 0.03])
     (f,) = bearing.forces(0.0, (motion(e, e_t),), None)
-    n = e / 2e-5
-    expected = -(table.force(0.0, 2e-5, n @ e_t, jnp.zeros(0))) * n
+    expected = -table.force(0.0, 2e-5, 0.0, jnp.zeros(0)) * e / 2e-5 - 50.0 * e_t
     np.testing.assert_allclose(f[:2], expected, rtol=1e-12)
-    assert np.all(np.isfinite(jax.jacfwd(lambda e: bearing.forces(0.0, (motion(),), None)[0])(0.0)))
     with pytest.raises(jr.InputError, match="law must be without a memory"):
         rigid_rotor(1.0, jr.RadialBearing(jr.Maxwell(1.0, 1.0)))
+
+
+@pytest.mark.parametrize(
+    "bearing",
+    [
+        jr.RadialBearing(jr.KelvinVoigt(1e6, 30.0)),
+        jr.RadialBearing(jr.TabulatedLaw([0.0, 1e-5, 3e-5], [0.0, 10.0, 30.0], 30.0)),
+        jr.Rub(0.0, 1e6, 0.0),
+    ],
+)
+def test_a_bearing_without_clearance_holds_its_centre(bearing):
+    """The same law in every direction is, where it is linear, the isotropic support: at the centre, off it,
+    and through it; in its derivative, too. And a linear model of the machine sees it."""
+    c = 0.0 if isinstance(bearing, jr.Rub) else 30.0
+
+    def force(x):
+        return bearing.forces(0.0, (motion(x[:2], x[2:]),), None)[0][:2]
+
+    support = -np.kron([1e6, c], np.eye(2))
+    for x in (np.zeros(4), np.array([3e-6, -4e-6, 0.2, 0.1])):
+        np.testing.assert_allclose(force(x), support @ x, rtol=1e-12)
+        for jacobian in (jax.jacfwd, jax.jacrev):
+            np.testing.assert_allclose(jacobian(force)(x), support, rtol=1e-9, atol=1e-9 * 1e6)
+    disc = jr.Rotor(2.0, 0.02, 0.01, unbalance=jr.Unbalance(1e-5))
+    machine = jr.Machine(
+        {"disc": disc, "bearing": bearing},
+        {"bearing": "disc"},
+        fixed={"disc": ("z", "psi", "theta")},
+    )
+    model = jr.linearize(machine, 300.0)
+    lateral = np.sort(np.abs(np.linalg.eigvals(model.A).imag))[-4:]
+    np.testing.assert_allclose(lateral, np.sqrt(5e5), rtol=1e-3)
+    amplitude = np.abs(jr.unbalance_response(machine, ("disc.x", "disc.y"), 300.0).values[0])
+    exact = 2e-5 * 9e4 / abs(1e6 - 2 * 9e4 + 1j * c * 300)
+    np.testing.assert_allclose(amplitude, exact, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

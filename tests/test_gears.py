@@ -150,6 +150,9 @@ def test_forces_of_a_mesh_at_one_instant():
     on_a = -force * np.concatenate([n, np.cross(0.05 * out, n)])
     on_a[5] += force * slope
     on_b = force * np.concatenate([n, np.cross(-0.1 * out, n)])
+    # the mesh turns by chi: that is what was given above
+    phi, rate = q[:, 5] - q[:, 3] * q[:, 4] / 2, v[:, 3] * q[:, 4] + q[:, 3] * v[:, 4]
+    q, v = np.c_[q[:, :5], phi], np.c_[v[:, :5], v[:, 5] - rate / 2]
     found = at_instants(machine, q, v)["mesh"]
     np.testing.assert_allclose(found.forces[0], [on_a, on_b], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found.tooth_force, [force], rtol=1e-9)

@@ -3,6 +3,9 @@
 An attachment at one station acts against the ground, at two between them; the second is the one around.
 """
 
+from collections.abc import Callable
+
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -18,6 +21,16 @@ def relative(motions: tuple[Motion, ...]) -> tuple[Float[Array, "2"], Float[Arra
     if len(motions) == 1:
         return q[:2], v[:2]
     return q[:2] - motions[1][0][:2], v[:2] - motions[1][1][:2]
+
+
+def radially(
+    push: Callable[[Array], Array], e: Float[Array, "2"]
+) -> tuple[Float[Array, ""], Float[Array, "2"]]:
+    """Length of `e`, and the vector of size `push(length)` along it. `push(0)` must be zero: then the vector
+    is smooth where the centres meet, `push'(0) e`, though its direction is not."""
+    size, n = direction(e)
+    start = jax.grad(push)(jnp.zeros_like(size))
+    return size, jnp.where(e @ e > _TOGETHER, push(size) * n, start * e)
 
 
 def direction(e: Float[Array, "2"]) -> tuple[Float[Array, ""], Float[Array, "2"]]:

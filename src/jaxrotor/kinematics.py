@@ -62,3 +62,38 @@ def rotation_axes(q: Float[Array, "6"]) -> Float[Array, "3 3"]:
 def spin_speed(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> Float[Array, "*n"]:
     """Angular speed about the shaft's own axis, rad/s: `phi' + psi' sin theta`."""
     return v[5] + v[3] * jnp.sin(q[4])
+
+
+# The turning that does not know the frame. phi alone is no invariant: turned about z, the same motion has
+# another phi. `chi = phi + psi theta/2` has not, to second order in the tilts. What acts about the axis is
+# written in chi, with psi and theta as they are; a torque T on chi is `T (theta/2, psi/2, 1)` on the angles.
+
+
+def turning_lead(q: Float[Array, "6 *n"]) -> Float[Array, "*n"]:
+    """chi less phi, rad."""
+    return 0.5 * q[3] * q[4]
+
+
+def turning_lead_rates(
+    q: Float[Array, "6 *n"], v: Float[Array, "6 *n"], a: Float[Array, "6 *n"]
+) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+    """The first and second time derivative of chi less phi, rad/s and rad/s²."""
+    rate = 0.5 * (v[3] * q[4] + q[3] * v[4])
+    return rate, 0.5 * (a[3] * q[4] + q[3] * a[4]) + v[3] * v[4]
+
+
+def to_turning(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> tuple[Array, Array]:
+    """Coordinates and rates with chi in the place of phi."""
+    rate, _ = turning_lead_rates(q, v, v)
+    return with_last(q, q[5] + turning_lead(q)), with_last(v, v[5] + rate)
+
+
+def from_turning(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> tuple[Array, Array]:
+    """Coordinates and rates with phi in the place of chi."""
+    rate, _ = turning_lead_rates(q, v, v)
+    return with_last(q, q[5] - turning_lead(q)), with_last(v, v[5] - rate)
+
+
+def with_last(x: Float[Array, "6 *n"], last: Float[Array, "*n"]) -> Float[Array, "6 *n"]:
+    """Another sixth coordinate."""
+    return jnp.concatenate([x[:5], last[None]])

@@ -4,6 +4,11 @@ A *station* has six coordinates `q = (x, y, z, psi, theta, phi)` and their rates
 angles 1-2-3 (see `kinematics`). A *motion* is the pair `(q, v)`. A *generalized force*
 `Q = (Fx, Fy, Fz, Q_psi, Q_theta, Q_phi)` is conjugate to q and acts ON the station.
 
+What has mass (`AbstractInertia`, `Ported`, `Massive` energies) is given phi itself. What acts (connectors,
+attachments) is given chi = phi + psi theta/2 in its place, and its sixth force is conjugate to chi: the
+turning that does not depend on how the axes across were laid. (In the paper's machines, whose shafts say
+`twist="paper"`, it is given phi.)
+
 Everything here is written for ONE station or connection: the machine stacks the elements of one
 kind and maps over them. Elements know no names and no node numbers, or they would not stack.
 """
@@ -28,6 +33,9 @@ class AbstractStation(AbstractElement):
 
 class AbstractInertia(AbstractStation):
     """A station with mass, whose coordinates are found by the simulation."""
+
+    # True where the equations are linear in the angles: they are then given chi, as force laws are.
+    small_tilts: ClassVar[bool] = False
 
     @abc.abstractmethod
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
@@ -239,6 +247,11 @@ class Timed(AbstractElement):
     @abc.abstractmethod
     def times(self) -> Float[Array, " n"]:
         """The instants, s."""
+
+
+# The port that is a point of the body, found by its attitude: given phi. All others are given what force
+# laws are given.
+MASS_CENTRE = "mass_centre"
 
 
 class Ported(AbstractStation):

@@ -3,6 +3,8 @@
 `u` is how far they overlap (negative: apart). With a `width` w > 0 contact begins gradually: its share rises
 from 0 at u = -w to 1 at u = w, and `depth` and `area` are its first and second integrals, so that a force
 `k depth` has the potential `k area` exactly. With w = 0 contact begins at once, with a kink in `depth`.
+
+A face that touches pushes or does nothing: `pressed` is the spring and what damps it, never below zero.
 """
 
 import jax.numpy as jnp
@@ -31,3 +33,41 @@ def area(u: Scalar, width: Scalar) -> Array:
     """The integral of `depth`."""
     rising = (u + width) ** 3 / (12 * _divisor(width))
     return jnp.where(u >= width, 0.5 * u**2 + width**2 / 6, jnp.where(u > -width, rising, 0.0))
+
+
+def _damped(
+    u: Scalar, u_t: Scalar, spring: Scalar, damping: Scalar, hysteresis: Scalar, width: Scalar
+):
+    """What the damping adds to the spring's push: at most it takes all of that away."""
+    added = (damping * contact(u, width) + hysteresis * spring) * u_t
+    # at the touch itself neither is larger: there the spring begins, and its derivative is wanted
+    return jnp.where(added >= -spring, added, -spring)
+
+
+def pressed(
+    u: Scalar,
+    u_t: Scalar,
+    stiffness: Scalar,
+    damping: Scalar | float = 0.0,
+    hysteresis: Scalar | float = 0.0,
+    width: Scalar | float = 0.0,
+) -> Scalar:
+    """Push of a face that is overlapped by `u` (m) at the rate `u_t`, N: `k u + c u' + k u h u'`, zero where
+    that would pull. c is a damper cut off where it would hold on; h (`hysteresis`, s/m) is Hunt & Crossley's
+    (J. Appl. Mech. 42 (1975) 440), which starts from nothing at the touch."""
+    spring = stiffness * depth(u, jnp.asarray(width))
+    return spring + _damped(u, u_t, spring, damping, hysteresis, jnp.asarray(width))
+
+
+def pressed_lost(
+    u: Scalar,
+    u_t: Scalar,
+    stiffness: Scalar,
+    damping: Scalar | float = 0.0,
+    hysteresis: Scalar | float = 0.0,
+    width: Scalar | float = 0.0,
+) -> Scalar:
+    """What `pressed` turns into heat, W; stored is `stiffness area(u, width)`."""
+    spring = stiffness * depth(u, jnp.asarray(width))
+    # while it lifts off faster than it can follow, all that the spring gives back is lost
+    return _damped(u, u_t, spring, damping, hysteresis, jnp.asarray(width)) * u_t

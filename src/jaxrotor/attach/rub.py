@@ -5,10 +5,10 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..centres import direction, pushed, relative
+from ..centres import direction, pushed, radially, relative
 from ..parameter import parameter
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
-from ..touch import area, depth
+from ..touch import area, pressed, pressed_lost
 
 
 class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
@@ -63,18 +63,22 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
             slip = slip - (size + self.radius) * motions[1][1][5]
         return size, normal, tangent, e_t @ normal, slip
 
+    def _how(self) -> tuple:
+        return self.stiffness, 0.0, self.damping, self.smoothing
+
     def _normal(self, size: Array, closing: Array) -> Array:
-        damped = 1 + self.damping * closing
-        return self.stiffness * depth(size - self.gap, self.smoothing) * jnp.maximum(damped, 0.0)
+        return pressed(size - self.gap, closing, *self._how())
 
     def _friction(self, normal: Array, slip: Array) -> Array:
         return -self.friction * normal * jnp.tanh(slip / self.slip_speed)
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
-        size, n, tangent, closing, slip = self._place(motions)
-        normal = self._normal(size, closing)
-        along = self._friction(normal, slip)
-        f = along * tangent - normal * n
+        size, n, _, closing, slip = self._place(motions)
+        e = relative(motions)[0] - self.offset
+        _, normal = radially(lambda size: self._normal(size, closing), e)
+        share = self._friction(jnp.ones_like(slip), slip)
+        f = share * jnp.stack([-normal[1], normal[0]]) - normal
+        along = share * (normal @ n)
         # the stator feels it where they touch, further out than the rotor's surface is from its own centre
         return pushed(motions, f, self.radius * along, -(size + self.radius) * along)
 
@@ -84,9 +88,7 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
         size, _, _, closing, slip = self._place(motions)
-        spring = self.stiffness * depth(size - self.gap, self.smoothing)
-        # while it lifts off faster than it can follow, all that the spring gives back is lost
-        lost = jnp.maximum(self.damping * closing, -1.0) * closing * spring
+        lost = pressed_lost(size - self.gap, closing, *self._how())
         return lost + jnp.abs(self._friction(self._normal(size, closing), slip) * slip)
 
     def normal_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:

@@ -1,15 +1,15 @@
 """Stiff one way, soft the other."""
 
-import jax.numpy as jnp
-
 from ..parameter import parameter
 from ..protocol import NonSmooth
-from ..touch import area, contact, depth
+from ..touch import area, pressed, pressed_lost
 from .law import AbstractLaw, Scalar
 
 
 class Bilinear(AbstractLaw, NonSmooth):
-    """`stiffness x` for x > 0 and `other_stiffness x` for x < 0, with a damper beside each.
+    """`stiffness x` for x > 0 and `other_stiffness x` for x < 0, with a damper beside each: two faces
+    without play between them, each of which pushes or, where its damper would hold on, does nothing
+    (`Backlash` says more; its `hysteresis` is here too, one for both).
 
     A pedestal with loose bolts pressed down (y < 0) stands on its foot, and lifted (y > 0) hangs on what
     its bolts still hold: `LawSupport(y=Bilinear(stiffness=loose, other_stiffness=firm))`. A stop on one
@@ -23,19 +23,23 @@ class Bilinear(AbstractLaw, NonSmooth):
     damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
     other_damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
     smoothing: Scalar = parameter("rad", nonnegative=True, default=0.0)
+    hysteresis: Scalar = parameter("s/rad", nonnegative=True, default=0.0)
 
-    def _damping(self, x):
-        w = self.smoothing
-        return self.damping * contact(x, w) + self.other_damping * contact(-x, w)
+    def _how(self) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+        both = self.hysteresis, self.smoothing
+        return (
+            (self.stiffness, self.damping, *both),
+            (self.other_stiffness, self.other_damping, *both),
+        )
 
     def force(self, t, x, v, state):
-        w = self.smoothing
-        spring = self.stiffness * depth(x, w) - self.other_stiffness * depth(-x, w)
-        return spring + self._damping(x) * v
+        one, other = self._how()
+        return pressed(x, v, *one) - pressed(-x, -v, *other)
 
     def energy(self, t, x, state):
         w = self.smoothing
         return self.stiffness * area(x, w) + self.other_stiffness * area(-x, w)
 
     def power_lost(self, t, x, v, state):
-        return self._damping(x) * jnp.square(v)
+        one, other = self._how()
+        return pressed_lost(x, v, *one) + pressed_lost(-x, -v, *other)

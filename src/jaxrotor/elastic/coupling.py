@@ -53,18 +53,13 @@ def _aside(shape: Misalignment | Imperfection, turned: Any = 0.0) -> Vec6:
     )
 
 
-def _invariant(q: Vec6) -> Vec6:
-    """phi replaced by chi = phi + psi theta/2, which measures twist alike in every direction."""
-    return jnp.concatenate([q[:5], q[5:] + 0.5 * q[3] * q[4]])
-
-
 class AbstractCoupling(AbstractElastic, Energetic, Stateful, Signalling, Nominal):
     """Two hubs, the stations at its ends, acting on each other in all six directions.
 
     To write your own, give `law`, `stored` and `lost`; with states of its own `initial` and
     `law_rates` too. The kinematics are done here: a law sees `d`, the right hub's six coordinates
     less the left one's, and its rate `d_t`, in directions fixed in space; the sixth is the twist,
-    measured by `chi = phi + psi theta/2`. Forces reach the stations by virtual work, so energy is
+    measured by chi (protocol). Forces reach the stations by virtual work, so energy is
     kept exactly. A hub with mass is a `Rotor` in the line.
 
     - `misalignment`: of the two shafts, fixed in space.
@@ -103,7 +98,7 @@ class AbstractCoupling(AbstractElastic, Energetic, Stateful, Signalling, Nominal
 
     def relative(self, qa: Vec6, qb: Vec6) -> Vec6:
         """Right hub less left hub."""
-        d = _invariant(qb) - _invariant(qa)
+        d = qb - qa
         if self.misalignment is not None:
             d = d + _aside(self.misalignment)
         if self.imperfection is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..inertia.node import Node
+from ..kinematics import from_turning, spin_speed
 from ..parameter import parameter
 from ..protocol import (
     LEFT,
@@ -26,7 +27,7 @@ from ..protocol import (
 )
 from .material import STEEL, ShaftMaterial, as_parameters
 from .segment import Segment
-from .twist import TURN, circulatory_forces, spin, twist_forces, twist_torque
+from .twist import TURN, circulatory_forces, twist_torque
 
 
 class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
@@ -51,33 +52,28 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         # gyroscopic, beyond what the nodes' spin momentum gives: workless, as G is skew
         (qa, va), (qb, vb) = motions
-        spins = [v[5] + v[3] * jnp.sin(q[4]) for q, v in motions]
+        spins = [self._spin(q, v) for q, v in motions]
         gyro = -0.5 * (spins[0] + spins[1]) * (self.G @ jnp.concatenate([va, vb]))
         on_a, on_b = gyro[:6], gyro[6:]
-        if self.twist == "invariant":
-            k = self.K[11, 11]
-            extra = twist_forces(k, self.rayleigh[1] * k, motions)
-            on_a, on_b = on_a + extra[0], on_b + extra[1]
         if self.damping == "rotating":
             B = self.rayleigh[1] * self.K
-            extra = circulatory_forces(B, motions, self.twist == "invariant")
+            extra = circulatory_forces(B, motions)
             on_a, on_b = on_a + extra[0], on_b + extra[1]
         return on_a, on_b
 
     def torque(self, t, motions: tuple[Motion, ...], state) -> Array:
         """Twisting moment, N·m: positive when the right end leads."""
         k = self.K[11, 11]
-        return twist_torque(k, self.rayleigh[1] * k, motions, self.twist == "invariant")
+        return twist_torque(k, self.rayleigh[1] * k, motions)
 
-    def _twisted(self, q: Vec6, v: Vec6) -> tuple[Vec6, Vec6]:
-        """Coordinates and rates with the angle that measures twist in the place of phi."""
+    def _spin(self, q: Vec6, v: Vec6) -> Array:
+        """About the section's own axis, rad/s."""
         if self.twist == "invariant":
-            tilt, tilt_t = q[3] * q[4] / 2, (v[3] * q[4] + q[3] * v[4]) / 2
-            return q.at[5].add(tilt), v.at[5].add(tilt_t)
-        return q, v
+            q, v = from_turning(q, v)
+        return spin_speed(q, v)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
-        return self.segment.strain_energy(*(self._twisted(*m)[0] for m in motions))
+        return self.segment.strain_energy(*(q for q, _ in motions))
 
     def kinetic_energy(self, motions: tuple[Motion, ...]) -> Array:
         return self.segment.kinetic_energy(motions)
@@ -88,11 +84,9 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
     def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
         rates = []
         for q, v in motions:
-            speed, _ = spin(q, v, self.twist == "invariant")
-            rate = self._twisted(q, v)[1]
             if self.damping == "rotating":
-                rate = rate - speed * (TURN[:6, :6] @ q)
-            rates.append(rate)
+                v = v - v[5] * (TURN[:6, :6] @ q)
+            rates.append(v)
         alpha, beta = self.rayleigh
         kinetic = self.segment.kinetic_energy(motions, hat=False)
         return 2 * alpha * kinetic + 2 * beta * self.segment.strain_energy(*rates)

@@ -93,24 +93,20 @@ def as_flaw(given: Any) -> Any:
     return Flaws(given) if isinstance(given, (list, tuple)) else given
 
 
-def flaw_energy(
-    flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6, invariant: bool
-) -> Float[Array, ""]:
+def flaw_energy(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6) -> Float[Array, ""]:
     """Strain energy beyond the sound section's, J, of the coordinates of both ends.
 
-    The frame turns with the mean angle of both ends, measured as the twist is: by phi, or invariantly.
+    The frame turns with the mean of how far both ends have turned.
     """
-    bend, loaded, F = _seen(flaw, section, qa, qb, invariant)
+    bend, loaded, F = _seen(flaw, section, qa, qb)
     return 0.5 * (solved(F, loaded) @ loaded - jnp.sum(section.stiffness() * bend**2))
 
 
-def flaw_forces(
-    flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6, invariant: bool
-) -> tuple[Vec6, Vec6]:
+def flaw_forces(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6) -> tuple[Vec6, Vec6]:
     """Minus the slope of the energy: lateral forces, moments, and the torque on phi."""
 
     def seen(qa, qb):
-        return _seen(flaw, section, qa, qb, invariant)
+        return _seen(flaw, section, qa, qb)
 
     # of y'Fy/2 with y = F⁻¹ b: y by b and -y y'/2 by F, a third of what differentiating the solve costs
     (bend, loaded, F), back = jax.vjp(seen, qa, qb)
@@ -119,11 +115,9 @@ def flaw_forces(
     return -slopes[0], -slopes[1]
 
 
-def _seen(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6, invariant: bool):
+def _seen(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6):
     """The bend, what of it is loaded, and the flexibility."""
     turned = 0.5 * (qa[5] + qb[5])
-    if invariant:
-        turned = turned + 0.25 * (qa[3] * qa[4] + qb[3] * qb[4])
     bend = _bend(qa, qb, section.length, turned)
     k = section.stiffness()
     shape = flaw.shape(section)

@@ -12,7 +12,7 @@ from ..protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Sign
 from .beam import beam_mass, beam_stiffness, shear_coefficient
 from .flaw import AbstractFlaw, Section, as_flaw, flaw_energy, flaw_forces
 from .material import STEEL, ShaftMaterial, as_parameters
-from .twist import TURN, circulatory_forces, spin, twist_forces, twist_torque
+from .twist import TURN, circulatory_forces, twist_torque
 
 
 class Half(NamedTuple):
@@ -38,8 +38,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
       act in the shaft's own frame, `F = -beta K (v - W×q)`, as internal damping does: beyond
       `w0 (1 + external/internal)` it destabilises, fed by the drive through its reaction on phi.
     - `shear`: whether it yields to shear (Timoshenko; Cowper's coefficient for the section).
-    - `twist`: `"invariant"` measures twist by `chi = phi + psi theta/2`, so that turning an
-      isotropic machine about z changes nothing; `"paper"` by phi alone, the published law.
+    - `twist`: `"invariant"` measures turning by `chi = phi + psi theta/2`, so that turning an
+      isotropic machine about z changes nothing; `"paper"` by phi alone, the published law. One shaft that
+      says `"paper"` makes the whole machine measure it so: its twist, and every torque about the axis.
     - `flaw`: what turns with the section and changes how it bends: `Bow`, `Kink`, `Asymmetry`, `Crack`,
       `SwitchingCrack`, or several. Damping stays that of the sound section.
 
@@ -141,15 +142,12 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
         parts = []
-        if self.twist == "invariant":
-            k = self._torsion()
-            parts.append(twist_forces(k, self.rayleigh[1] * k, motions))
         if self.damping == "rotating":
             B = self.rayleigh[1] * self._stiffness()
-            parts.append(circulatory_forces(B, motions, self.twist == "invariant"))
+            parts.append(circulatory_forces(B, motions))
         if self.flaw is not None:
             (qa, _), (qb, _) = motions
-            parts.append(flaw_forces(self.flaw, self._sound(), qa, qb, self.twist == "invariant"))
+            parts.append(flaw_forces(self.flaw, self._sound(), qa, qb))
         if not parts:
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
@@ -157,8 +155,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
         k = self._torsion()
-
-        return twist_torque(k, self.rayleigh[1] * k, motions, self.twist == "invariant")
+        return twist_torque(k, self.rayleigh[1] * k, motions)
 
     # The energy is integrated along the section, apart from the matrices above.
 
@@ -166,10 +163,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         (qa, _), (qb, _) = motions
         beyond = 0.0
         if self.flaw is not None:
-            beyond = flaw_energy(self.flaw, self._sound(), qa, qb, self.twist == "invariant")
-        if self.twist == "invariant":
-            qa = qa + jnp.zeros(6).at[5].set(0.5 * qa[3] * qa[4])
-            qb = qb + jnp.zeros(6).at[5].set(0.5 * qb[3] * qb[4])
+            beyond = flaw_energy(self.flaw, self._sound(), qa, qb)
         return self._strain_energy(qa, qb) + beyond
 
     def _strain_energy(self, a: Vec6, b: Vec6) -> Array:
@@ -218,11 +212,8 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
         rates = []
         for q, v in motions:
-            speed, _ = spin(q, v, self.twist == "invariant")
-            if self.twist == "invariant":
-                v = v + jnp.zeros(6).at[5].set(0.5 * (v[3] * q[4] + q[3] * v[4]))
             if self.damping == "rotating":
-                v = v - speed * (TURN[:6, :6] @ q)
+                v = v - v[5] * (TURN[:6, :6] @ q)
             rates.append(v)
         alpha, beta = self.rayleigh
         return alpha * L * kinetic + beta * 2 * self._strain_energy(*rates)

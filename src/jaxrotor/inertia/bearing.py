@@ -57,6 +57,7 @@ class SelfAligningBearing(Lumping, Carried, Acting, Linear, Energetic, Signallin
         "kg*m^2", positive=True, optional=True, default=None
     )
 
+    small_tilts: ClassVar[bool] = True
     signals: ClassVar[dict[str, str]] = {"bearing_force": "N"}
 
     def _shaft(self) -> tuple:

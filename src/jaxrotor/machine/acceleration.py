@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from .constraint import held_acceleration
 from .mass import Coupled, solve_coupled
 from .ports import shift_of, spread
+from .seen import seen
 from .system import Reference, System
 
 
@@ -33,6 +34,7 @@ def accelerate(
             continue
 
         def one(e, q, v, Q, held: Any = None, group=group):
+            e = seen(e, system.layout.invariant)
             # row by row: the sum with a whole weight vector would not fuse with what follows
             weight = e.weight(q, system.gravity)
             Q = jnp.stack([Q[i] + weight[i] for i in range(6)])

@@ -5,10 +5,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..protocol import AbstractInertia, Vec6
+from .seen import Seen
 
 
 def held_acceleration(
-    element: AbstractInertia,
+    element: "AbstractInertia | Seen",
     q: Vec6,
     v: Vec6,
     Q: Vec6,

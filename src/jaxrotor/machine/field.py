@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..kinematics import from_turning, turning_lead_rates, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System
@@ -35,7 +36,8 @@ def _join(*parts: Array) -> Array:
 class Evaluation(NamedTuple):
     """One evaluation, all arrays component-first over nodes (n_nodes + n_ground) or stations.
 
-    `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node.
+    `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node. The sixth
+    coordinate is chi, as force laws see it (`angles` has phi), but in the paper's machines.
     `reaction`: generalized constraint forces ON each station. `loads`: all others ON each station
     with mass, its weight among them. `states`: internal ones; `rates`: their derivatives.
     """
@@ -48,6 +50,13 @@ class Evaluation(NamedTuple):
     reaction: Array
     states: Array
     rates: Array
+
+    def angles(self, invariant: bool) -> tuple[Array, Array, Array]:
+        """`q`, `v`, `a` with phi; `invariant`: the layout's."""
+        if not invariant:
+            return self.q, self.v, self.a
+        q, v = from_turning(self.q, self.v)
+        return q, v, with_last(self.a, self.a[5] - turning_lead_rates(q, v, self.a)[1])
 
 
 def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:

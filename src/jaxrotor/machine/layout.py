@@ -57,6 +57,8 @@ class Layout:
     ports: tuple[Port, ...]
     node_station: tuple[int, ...]
     internal: tuple[int, ...]
+    # as `turns_by_chi` says
+    invariant: bool
 
     @property
     def n_mass(self) -> int:
@@ -172,7 +174,14 @@ def lay_out(lineup: Lineup) -> Layout:
         _ports(lineup, groups, nodes),
         tuple(node_station),
         tuple(internal[i] for i in range(len(wiring.stations))),
+        turns_by_chi(lineup),
     )
+
+
+def turns_by_chi(lineup: Lineup) -> bool:
+    """Whether turning is measured by chi = phi + psi theta/2 (kinematics); a shaft that says `twist="paper"`
+    makes its whole machine the paper's, which measures by phi."""
+    return all(getattr(block.one(), "twist", None) != "paper" for block in lineup.connectors)
 
 
 def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:

@@ -1,9 +1,10 @@
 """Shafts with mass: accelerations that hang together, solved with constant matrices.
 
 With the spin `w = phi' + psi' sin theta` in place of phi', the kinetic energy of all such shafts is
-`v' M v/2` with M constant (protocol.Massive). Stations without inertia of their own (carried) are
-eliminated once a solve, `S = (M_cc)^-1`. What is left in the vector field is one solve over the
-stations with inertia of their own that a shaft with mass touches:
+`v' M v/2` with M constant (protocol.Massive). Of chi, `w = chi' + b psi' + d theta'` with
+`b = sin theta - theta/2`, `d = -psi/2`; of phi, b = sin theta and d = 0. Stations without inertia of
+their own (carried) are eliminated once a solve, `S = (M_cc)^-1`. What is left in the vector field is one
+solve over the stations with inertia of their own that a shaft with mass touches:
 `(I + P T' Mc T) a = a0 - P (...)`, P their mobility, Mc the mass of the shafts condensed to them.
 """
 
@@ -13,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..kinematics import with_last
 from ..protocol import Carried, Massive
 from .layout import Layout
 
@@ -21,7 +23,7 @@ class CoupledMass(eqx.Module):
     """The constant parts. Nodes are all nodes, driven ends last; flat positions are `c n + node`.
 
     `carried`: free coordinates of carried stations. `given`: their held ones, and driven ends.
-    `bound`: carried nodes whose phi is held but psi is free, so that the spin follows from psi.
+    `bound`: carried nodes whose turning is held but a tilt is free, so that the spin follows from tilts.
     `nodes`: touched nodes of stations with inertia of their own, `node_owners` their stations;
     `owners`: each of those stations once.
     """
@@ -33,6 +35,7 @@ class CoupledMass(eqx.Module):
     node_owners: tuple[int, ...] = eqx.field(static=True)
     owners: tuple[int, ...] = eqx.field(static=True)
     touches_ground: bool = eqx.field(static=True)
+    invariant: bool = eqx.field(static=True)
     mass: Float[Array, "n n"]
     spin_rows: Float[Array, "k n"]
     inverse: Float[Array, "c c"]
@@ -73,7 +76,13 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
 
     touched = {k for _, nodes in massive for end in nodes for k in end}
     is_carried = {k for g in carried for k in range(g.start, g.stop)}
-    bound = [k for g in carried for k in range(g.start, g.stop) if 5 in g.held and 3 not in g.held]
+    tilts = (3, 4) if layout.invariant else (3,)
+    bound = [
+        k
+        for g in carried
+        for k in range(g.start, g.stop)
+        if 5 in g.held and not all(tilt in g.held for tilt in tilts)
+    ]
     places = [(c * n + k, c in g.held and not (c == 5 and k in bound))
               for g in carried for k in range(g.start, g.stop) for c in range(6)]  # fmt: skip
     free = [place for place, held in places if not held]
@@ -95,6 +104,7 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
         tuple(layout.node_station[k] for k in own),
         tuple(sorted({layout.node_station[k] for k in own})),
         any(k >= m for k in touched),
+        layout.invariant,
         M,
         M[5 * n :],
         inverse,
@@ -106,9 +116,12 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
     )
 
 
-def hat(q: Array, v: Array) -> Array:
-    """Rates with phi' replaced by the spin, (6, n)."""
-    return jnp.concatenate([v[:5], v[5:] + v[3:4] * jnp.sin(q[4:5])])
+def _spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, Array]:
+    """b and d above, and what the spin's rate has beyond `a_5 + b a_3 + d a_4`, (n,) each."""
+    convective = v[3] * v[4] * jnp.cos(q[4])
+    if invariant:
+        return jnp.sin(q[4]) - 0.5 * q[4], -0.5 * q[3], convective - v[3] * v[4]
+    return jnp.sin(q[4]), jnp.zeros_like(q[3]), convective
 
 
 class Coupled(eqx.Module):
@@ -132,26 +145,28 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     """
     n, n_mass = q.shape[1], a.shape[1]
     c = np.array(mass.carried, int)
-    sin, cos = jnp.sin(q[4]), jnp.cos(q[4])
-    momentum = mass.spin_rows @ hat(q, v).ravel()
-    zero = jnp.zeros_like(sin)
+    cos = jnp.cos(q[4])
+    b, d, convective = _spin_by_tilts(q, v, mass.invariant)
+    momentum = mass.spin_rows @ with_last(v, v[5] + b * v[3] + d * v[4]).ravel()
+    zero = jnp.zeros_like(cos)
     gyro = jnp.stack([zero, zero, zero, cos * v[4] * momentum, -cos * v[3] * momentum, zero])
-    convective = v[3] * v[4] * cos
 
     def hat_acceleration(a):
-        return jnp.concatenate([a[:5], (a[5] + a[3] * sin + convective)[None]])
+        return with_last(a, a[5] + b * a[3] + d * a[4] + convective)
 
     force = Q - gyro
-    force = jnp.stack([force[0], force[1], force[2], force[3] - sin * Q[5], force[4], Q[5]])
+    on_tilts = force[3] - b * Q[5], force[4] - d * Q[5]
+    force = jnp.stack([force[0], force[1], force[2], *on_tilts, Q[5]])
     at_rest = hat_acceleration(given).ravel()[np.array(mass.given, int)]
     right = force.ravel()[c] - mass.carried_given @ at_rest
     # unknown: accelerations of the owners, and the moments that hold phi where psi is free
     k, owners, bound = (np.array(x, int) for x in (mass.nodes, mass.owners, mass.bound))
     J, drift = maps
     holds = np.array(mass.node_owners, int)[:, None] == owners[None]
-    B = jnp.eye(6)[:, :, None] + jnp.zeros((6, 6, len(k))).at[5, 3].set(sin[k])
+    B = jnp.zeros((6, 6, len(k))).at[5, 3].set(b[k]).at[5, 4].set(d[k])
+    B = B + jnp.eye(6)[:, :, None]
     T = jnp.einsum("ijk,jlk,ks->kisl", B, J, holds).reshape(6 * len(k), 6 * len(owners))
-    extra = jnp.concatenate([drift[:5], (drift[5] + drift[3] * sin[k] + convective[k])[None]])
+    extra = with_last(drift, drift[5] + b[k] * drift[3] + d[k] * drift[4] + convective[k])
     extra = extra.T.ravel()
     turning = jnp.einsum("jlk,jk,ks->sl", J, gyro[:, k], holds).ravel()
     pull = mass.passed_on @ right + mass.own_given @ at_rest + mass.condensed @ extra
@@ -161,8 +176,14 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     at_place = {int(place): i for i, place in enumerate(c)}
     rows = np.arange(len(bound))
     D = jnp.zeros((len(bound), len(c)))
-    D = D.at[rows, [at_place[5 * n + b] for b in bound]].set(1.0)
-    D = D.at[rows, [at_place[3 * n + b] for b in bound]].add(-sin[bound])
+    D = D.at[rows, [at_place[5 * n + k] for k in bound]].set(1.0)
+    held = given[5, bound] + convective[bound]
+    for tilt, share in ((3, b), (4, d)):  # a tilt that is free, or given itself
+        free = [i for i, k in enumerate(bound) if int(tilt * n + k) in at_place]
+        columns = [at_place[int(tilt * n + bound[i])] for i in free]
+        D = D.at[np.array(free, int), np.array(columns, int)].add(-share[bound[free]])
+        stays = np.array([int(tilt * n + k) not in at_place for k in bound], float)
+        held = held + stays * share[bound] * given[tilt, bound]
     passed = T.T @ mass.passed_on
     matrix = jnp.block(
         [
@@ -171,7 +192,6 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
         ]
     )
     alone = a[:, owners].T.ravel() - P @ (T.T @ pull + turning)
-    held = given[5, bound] + convective[bound]
     held = held - D @ (mass.inverse @ right - extra @ mass.passed_on)
     unknown = jnp.concatenate([alone, held])
     if unknown.shape[0]:
@@ -190,12 +210,12 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     free = np.zeros(6 * n, bool)
     free[c] = True
     free = free.reshape(6, n)
-    bent = jnp.where(free[3], spins[3], given[3])
-    spins = spins.at[5].add(-(bent * sin + convective) * free[5])
+    bent = [jnp.where(free[tilt], spins[tilt], given[tilt]) for tilt in (3, 4)]
+    spins = spins.at[5].add(-(b * bent[0] + d * bent[1] + convective) * free[5])
     whole = jnp.where(free, spins, whole)
     carried = sorted({i % n for i in mass.carried} | {i % n for i in mass.given if i % n < n_mass})
     if carried:
         a = a.at[:, np.array(carried)].set(whole[:, np.array(carried)])
     inertia = (mass.mass @ hat_acceleration(whole).ravel()).reshape(6, n)
-    inertia = inertia.at[3].add(sin * inertia[5]) + gyro
+    inertia = inertia.at[3].add(b * inertia[5]).at[4].add(d * inertia[5]) + gyro
     return Coupled(a, inertia, on_owners)

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from .seen import seen
 from .system import System
 
 
@@ -24,7 +25,11 @@ def shift_of(q: Array, system: System) -> Array:
         members = np.array(port.members)
         element = jax.tree.map(lambda x: x[..., members], system.stations[port.group])  # noqa: B023
         at = q[:, group.start + members]
-        moved = jax.vmap(lambda e, p: e.shift(port.name, p), in_axes=-1, out_axes=-1)(element, at)  # noqa: B023
+        moved = jax.vmap(
+            lambda e, p: seen(e, layout.invariant).shift(port.name, p),  # noqa: B023
+            in_axes=-1,
+            out_axes=-1,
+        )(element, at)
         out = out.at[:, np.array(port.nodes)].set(moved)
     return out
 

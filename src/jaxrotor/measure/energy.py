@@ -9,9 +9,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..kinematics import from_turning
 from ..machine.field import Evaluation, evaluate, jacobian, watched_field
 from ..machine.lineup import line_up, stack
 from ..machine.machine import Machine
+from ..machine.seen import seen
 from ..machine.system import System, assemble, jump_times
 from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
 from ..solve.adaptive import adaptive_samples, is_smooth, tolerances
@@ -178,21 +180,28 @@ def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
 def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Array]:
     """Kinetic, elastic and potential energy, J."""
     kinetic = potential = elastic = jnp.zeros(())
+    invariant = system.layout.invariant
     for element, group in zip(system.stations, system.layout.stations):
         at = slice(group.start, group.stop)
         q, v = ev.q[:, at], ev.v[:, at]
         kinetic += jnp.sum(
-            jax.vmap(lambda e, q, v: e.kinetic_energy(q, v), in_axes=-1, out_axes=-1)(element, q, v)
+            jax.vmap(
+                lambda e, q, v: seen(e, invariant).kinetic_energy(q, v), in_axes=-1, out_axes=-1
+            )(element, q, v)
         )
         potential += jnp.sum(
-            jax.vmap(lambda e, q: e.height_energy(q, system.gravity), in_axes=-1, out_axes=-1)(
-                element, q
-            )
+            jax.vmap(
+                lambda e, q: seen(e, invariant).height_energy(q, system.gravity),
+                in_axes=-1,
+                out_axes=-1,
+            )(element, q)
         )
     for book in books:
         element, nodes = book[:2]
         if isinstance(element, Massive):
             motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
+            if invariant:
+                motions = tuple(from_turning(*motion) for motion in motions)
             each = jax.vmap(
                 lambda e, m: (e.kinetic_energy(m), e.height_energy(m, system.gravity)),
                 in_axes=-1,

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ..elastic.finite import BeamElement
 from ..elastic.shaft import Shaft
-from ..elastic.twist import TURN, spin
+from ..elastic.twist import TURN
 from ..errors import InputError
 from ..machine.field import Evaluation, unpack
 from ..machine.machine import Machine
@@ -30,8 +30,8 @@ def _length(*parts: Array, smoothing: float) -> Array:
 
 
 class Twist(AbstractSensor):
-    """How far the second station has turned ahead of the first, rad: `phi_second - phi_first`, their
-    difference at the start included.
+    """How far the second station has turned ahead of the first, rad, their difference at the start
+    included; measured as the twist of shafts is, by `chi = phi + psi theta/2`.
 
     From the state, which is measured from the drive: after thousands of turns nothing is lost to rounding.
     (In a line without a given spin the state itself holds whole angles.)
@@ -231,8 +231,8 @@ def _stress(machine: Machine, t: Array, ev: Evaluation, name: str, mises: bool) 
             return torque * jnp.max(outer / (2 * polar))
         deflected, moving = (jnp.concatenate([m[i] for m in motions]) for i in (0, 1))
         if element.damping == "rotating":
-            speeds = [spin(q, v, element.twist == "invariant")[0] for q, v in motions]
-            moving = moving - jnp.repeat(jnp.stack(speeds), 6) * (TURN @ deflected)
+            speeds = jnp.stack([v[5] for _, v in motions])
+            moving = moving - jnp.repeat(speeds, 6) * (TURN @ deflected)
         loads = (K @ (deflected + beta * moving)).reshape(2, 6)
         bending = _length(loads[:, 3], loads[:, 4], smoothing=_NEWTON_METRE)
         normal = bending * outer / polar + jnp.abs(loads[:, 2]) / area

@@ -13,8 +13,9 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..files import written_whole
-from ..kinematics import spin_speed
+from ..kinematics import spin_speed, to_turning
 from ..machine.field import Evaluation, evaluate
+from ..machine.layout import turns_by_chi
 from ..machine.lineup import Lineup, structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
@@ -126,16 +127,21 @@ class Response(eqx.Module):
 def _evaluate_all(machine: Machine, t: Array, y: Array) -> Evaluation:
     """Every sample, in the machine's order of stations: arrays (nt, n, 6); nodes stay internal."""
     system = assemble(machine)
-    ev = jax.vmap(lambda t, y: evaluate(t, y, system))(t, y)
+
+    def one(t, y):
+        ev = evaluate(t, y, system)
+        return ev, ev.angles(system.layout.invariant)
+
+    ev, (q, v, a) = jax.vmap(one)(t, y)
     order = np.array(system.layout.internal)
 
     def sort(x):
         return jnp.swapaxes(x, 1, 2)[:, order]
 
     return Evaluation(
-        sort(ev.q),
-        sort(ev.v),
-        sort(ev.a),
+        sort(q),
+        sort(v),
+        sort(a),
         ev.nodes,
         ev.loads,
         sort(ev.reaction),
@@ -214,13 +220,17 @@ class StationResponse(_Part):
     @property
     def reaction(self) -> Float[Array, "nt 6"]:
         """Generalized constraint force ON the station where its motion is given: N, N·m. The last
-        entry of a driven end is the drive's torque; 0 for what is free."""
+        entry of a driven end is the drive's torque; 0 for what is free. It does work on the turning chi =
+        phi + psi theta/2 (on phi in the paper's machines)."""
         return self._evaluation().reaction[:, self._index()]
 
     @property
     def power(self) -> Float[Array, " nt"]:
         """Power of `reaction`, W: what the drive puts in."""
-        return jnp.sum(self.reaction * self.velocity, axis=1)
+        v = self.velocity
+        if turns_by_chi(self._response.lineup):
+            v = to_turning(self.position.T, v.T)[1].T
+        return jnp.sum(self.reaction * v, axis=1)
 
     x = property(lambda self: self.position[:, 0], doc="m")
     y = property(lambda self: self.position[:, 1], doc="m")

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..kinematics import from_turning, to_turning
 from ..machine.field import Reference, initial_states, pack, unpack
 from ..machine.system import System
 
@@ -28,13 +29,10 @@ def to_flat(state: State, system: System, reference: Reference) -> Float[Array, 
     """The solver's state."""
     order = np.argsort(np.array(system.layout.internal))[: system.layout.n_mass]
     internal = initial_states(system) if state.internal is None else state.internal
-    return pack(
-        jnp.asarray(state.position, float)[order].T,
-        jnp.asarray(state.velocity, float)[order].T,
-        internal,
-        system,
-        reference,
-    )
+    q, v = (jnp.asarray(x, float)[order].T for x in (state.position, state.velocity))
+    if system.layout.invariant:
+        q, v = to_turning(q, v)
+    return pack(q, v, internal, system, reference)
 
 
 def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) -> State:
@@ -46,5 +44,7 @@ def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) ->
     if system.ground:
         qg, vg, _ = system.given(t, reference)
         q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)
+    if system.layout.invariant:
+        q, v = from_turning(q, v)
     index = np.array(system.layout.internal)
     return State(q.T[index], v.T[index], z)
