@@ -35,13 +35,17 @@ def area(u: Scalar, width: Scalar) -> Array:
     return jnp.where(u >= width, 0.5 * u**2 + width**2 / 6, jnp.where(u > -width, rising, 0.0))
 
 
+# Where contact begins gradually a face also lets go so: the push is rounded off once damping has taken this
+# part of the spring's away.
+_ROUNDED = 0.5
+
+
 def _damped(
     u: Scalar, u_t: Scalar, spring: Scalar, damping: Scalar, hysteresis: Scalar, width: Scalar
 ):
     """What the damping adds to the spring's push: at most it takes all of that away."""
     added = (damping * contact(u, width) + hysteresis * spring) * u_t
-    # at the touch itself neither is larger: there the spring begins, and its derivative is wanted
-    return jnp.where(added >= -spring, added, -spring)
+    return depth(spring + added, jnp.where(width > 0, _ROUNDED * spring, 0.0)) - spring
 
 
 def pressed(
@@ -54,7 +58,8 @@ def pressed(
 ) -> Scalar:
     """Push of a face that is overlapped by `u` (m) at the rate `u_t`, N: `k u + c u' + k u h u'`, zero where
     that would pull. c is a damper cut off where it would hold on; h (`hysteresis`, s/m) is Hunt & Crossley's
-    (J. Appl. Mech. 42 (1975) 440), which starts from nothing at the touch."""
+    (J. Appl. Mech. 42 (1975) 440), which starts from nothing at the touch. With `width` > 0 (m) the force has
+    a continuous slope."""
     spring = stiffness * depth(u, jnp.asarray(width))
     return spring + _damped(u, u_t, spring, damping, hysteresis, jnp.asarray(width))
 

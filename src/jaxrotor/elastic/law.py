@@ -137,8 +137,9 @@ class Backlash(AbstractLaw, NonSmooth):
       to zero: small vibration is hardly damped.
 
     A joint without play is a `KelvinVoigt`. `smoothing` (> 0, small against the gap) lets stiffness and
-    `damping` grow over that distance to either side of the touch: derivatives by `gap` of a run with
-    `damping` are right only then. Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
+    `damping` grow over that distance to either side of the touch, and rounds off where a face lets go:
+    derivatives by `gap` of a run with `damping` are right only then. Source: Hunt & Crossley, J. Appl. Mech.
+    42 (1975) 440.
     """
 
     gap: Scalar = parameter("rad", nonnegative=True)

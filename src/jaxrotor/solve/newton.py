@@ -10,6 +10,8 @@ from jaxtyping import Array, Float
 _HALVINGS = 30
 # Singular values below this part of the largest count as a free motion, along which nothing moves.
 FREE_MOTION = 1e-11
+# A step that leaves more than this part of the residual has not reached it.
+_UNREACHED = 1e-6
 
 
 def solve_linear(matrix: Float[Array, "d d"], right: Float[Array, " d"]) -> Float[Array, " d"]:
@@ -27,7 +29,11 @@ def solve_linear(matrix: Float[Array, "d d"], right: Float[Array, " d"]) -> Floa
 
 
 def newton_root(
-    residual: Callable[[Array], Array], start: Float[Array, " d"], iterations: int, rtol: float
+    residual: Callable[[Array], Array],
+    start: Float[Array, " d"],
+    iterations: int,
+    rtol: float,
+    farther: Float[Array, "d d"] | None = None,
 ) -> Float[Array, " d"]:
     """A root near `start`, differentiable in both modes by the implicit function theorem.
 
@@ -35,7 +41,8 @@ def newton_root(
     `iterations`; the caller checks the residual. A step that leads out of the finite numbers (through the
     wall of a bearing) is halved until it does not. (Other steps are not: an unbalanced line that spins freely
     gets to its lowest place by wide detours alone.) Where the Jacobian is singular (free motions) the least
-    step is taken, so a free coordinate stays where it started.
+    step is taken, so a free coordinate stays where it started; where that leaves some of the residual, the
+    step is taken with `farther`, what the Jacobian has more at some distance (the face across a play).
     """
 
     def solve(f, x):
@@ -47,6 +54,10 @@ def newton_root(
             x, _, i = carry
             jacobian, value = jax.jacfwd(lambda x: (f(x),) * 2, has_aux=True)(x)
             step = solve_linear(jacobian, value)
+            if farther is not None:
+                left = jnp.max(jnp.abs(value - jacobian @ step))
+                reached = left <= _UNREACHED * jnp.max(jnp.abs(value))
+                step = jnp.where(reached, step, solve_linear(jacobian + farther, value))
 
             def outside(carry):
                 _, finite, k = carry
