@@ -139,7 +139,7 @@ def test_rig_05_steady_whirl(speed):
     np.testing.assert_allclose(mean, whirl, rtol=3e-4)
     # what is given is chi, so the whirl is steady but for terms of third order: phi' = const put a ripple of
     # second order on the tilt at 3 W, which at 500 rad/s meets the nutation at 1503 rad/s: 1e-5 rad
-    assert spread[1] < 0.2 * np.abs(whirl[1]) ** 3 + 1e-12
+    assert spread[1] < 0.2 * np.abs(whirl[1]) ** 3 + 1e-6 * np.abs(whirl[1])
     # a ten-thousandth of the unbalance is linear to 3e-12. 1e-8 and not 1e-10: the shooting method
     # behind "steady" makes 256 steps a turn, which leaves 1e-9
     s = 1e-4

@@ -171,3 +171,24 @@ def test_turning_the_start_turns_the_run(angle):
     assert np.ptp(one[:, 3]) > 0.3
     np.testing.assert_allclose(two[:, :3], one[:, :3] @ about_z.T, atol=1e-10)
     np.testing.assert_allclose(attitude(two), about_z @ attitude(one), atol=1e-10)
+
+
+def test_a_body_that_tips_over_theta_says_so():
+    """Free bodies have a closed form: the body spins about its axis, which goes round the angular momentum.
+    Past a right angle of theta the run may lose it, and says where; some way off it is right."""
+    jp, jt = 0.02, 0.012
+    machine = jr.Machine({"top": jr.Rotor(1.0, jp, jt)}, {}, fixed={"top": ("x", "y", "z")})
+
+    def attitude_error(spin, sway):
+        v = np.array([[0, 0, 0, sway, 20.0, spin]])
+        run = jr.simulate(machine, 0.1, 1000.0, jr.State(np.zeros((1, 6)), v), step=1e-3)
+        momentum = np.array([jt * sway, jt * 20.0, jp * spin])
+        exact = Rotation.from_rotvec(0.1 * momentum / jt)
+        exact = exact * Rotation.from_euler("z", 0.1 * spin * (1 - jp / jt))
+        found = Rotation.from_euler("XYZ", np.asarray(run["top"].position)[-1, 3:])
+        return (exact.inv() * found).magnitude()
+
+    with pytest.warns(UserWarning, match=r"`top`: theta reaches 90 degrees at t = 0\.07") as told:
+        assert attitude_error(0.5, 0.01) > 1e-3
+    assert len(told) == 1
+    assert attitude_error(5.0, 0.1) < 1e-5  # 0.39 rad off: no word

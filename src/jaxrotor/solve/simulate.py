@@ -16,6 +16,7 @@ from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, require_x64
 from .adaptive import adaptive_samples, solver_for, tolerances
+from .attitude import tell_attitude
 from .checks import (
     check_solver,
     initial_speed,
@@ -135,6 +136,7 @@ def simulate(
         numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
         response, checks = run(solver, info, numbers, progress)
     if concrete and is_concrete(response.y):
+        tell_attitude(response)
         judge(response, initial, checks)
     return response
 
