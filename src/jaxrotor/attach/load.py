@@ -11,14 +11,15 @@ from ..protocol import AbstractAttachment, Energetic, Motion, Timed, Vec6
 
 
 def about_axis(torque) -> tuple[Vec6, ...]:
-    """The torque (N·m) conjugate to phi, as the forces on one station."""
+    """The torque (N·m) about the axis, as the forces on one station."""
     return (torque * jnp.array([0.0, 0, 0, 0, 0, 1]),)
 
 
 class Torque(AbstractAttachment, Timed):
     """A torque about the axis of rotation on a station, N·m: a number or a schedule in time.
 
-    Positive drives in the sense of phi. It is conjugate to phi, as the paper's torques are.
+    Positive drives in the sense of phi. Its power is the torque times chi', chi = phi + psi theta/2: on a
+    tilted station it lies half-way between a torque along z and one along the disc's axis.
     """
 
     value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
