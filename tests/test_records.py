@@ -1,5 +1,7 @@
 """Measured data: what is read, what is refused, and with which words."""
 
+import re
+
 import numpy as np
 import pandas
 import pytest
@@ -62,6 +64,7 @@ file = "run.parquet"
 time = { column = "t", unit = "s" }
 [channels.housing]
 column = "a"
+unit = "m/s^2"
 [channels.tacho]
 file = "tacho.csv"
 time = { column = "s", unit = "s" }
@@ -89,7 +92,7 @@ def test_shuffled_time(tmp_path):
         (lambda d: d["a"].__setitem__(4, np.inf), "the value in row 5 is infinite"),
         (lambda d: d["t"].__setitem__(4, d["t"][3]), "time must rise, but row 5"),
         (lambda d: d.update(t=d["t"][:3], a=d["a"][:3]), "has 3 values; 4 at least"),
-        (lambda d: d.pop("a"), "no such column"),
+        (lambda d: d.update(b=d.pop("a")), "no such column"),
     ],
 )
 def test_bad_tables(tmp_path, change, words):
@@ -112,11 +115,113 @@ def test_bad_tables(tmp_path, change, words):
         ('file = "run.csv"\n', "names no channel"),
         (MAP.split("[channels")[0] + "channels = { a = 3 }", "channels.a must be a table"),
         (MAP.replace('column = "a"\n', ""), "`column` is missing"),
+        (MAP.replace('unit = "ms"', 'unlt = "ms"'), "time: .*`unlt`: did you mean `unit`"),
+        (MAP.replace('unit = "m/s^2"', ""), '`unit` is missing: write unit = "m/s\\^2"'),
+        ("separator = 3\n" + MAP, "separator must be one character, but is 3"),
+        ('decimal = "x"\n' + MAP, "decimal must be"),
+        ("skip = -1\n" + MAP, "skip must be a number of lines"),
+        ('encoding = "utf-99"\n' + MAP, "encoding 'utf-99' is not known"),
+        (MAP.replace("-9999.0", "true"), "missing must be a number or a text"),
+        ('sort = "yes"\n' + MAP, "sort must be true or false"),
     ],
 )
 def test_bad_descriptions(tmp_path, told, words):
     with pytest.raises(jr.InputError, match=words):
         jr.read_record(write(tmp_path, {"t": 1e3 * T, "a": VALUES}, told))
+
+
+ROWS = [(0.0, 1.5), (0.5, -2.25), (1.0, 3.0), (1.5, 0.125), (2.0, 4.0)]
+
+
+def plain(separator=",", decimal=".", names="t,a", rows=ROWS):
+    lines = [names.replace(",", separator)]
+    lines += [separator.join(f"{x:g}".replace(".", decimal) for x in row) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "data, notes",
+    [
+        (plain().encode(), []),
+        (plain("\t").encode(), ["parted by tab"]),
+        (plain(";", ",").encode(), ["parted by ';'", "decimal comma"]),
+        (plain(" ").encode(), ["parted by spaces"]),
+        (plain("  ").encode(), ["parted by spaces"]),
+        (plain().encode("utf-16"), ["read as utf-16"]),
+        (plain(";", ",", names="t,Beschleunigung m²").encode("latin-1"), ["read as cp1252"]),
+        (
+            ("Logger 3000\nstarted;12:03\n\n" + plain(";")).encode(),
+            ["2 lines before|3 lines before"],
+        ),
+        (plain(";").replace("t;a\n", "t;a\n[s];[m/s^2]\n").encode(), []),
+        (("# t, a\n" + plain().split("\n", 1)[1]).encode(), []),
+        (plain().replace("\n", ",\n").encode(), []),
+        ((plain() + "2.5,4.2").encode(), ["last line has no end"]),
+        (plain().replace("\n", "\r\n").encode(), []),
+        (b"\xef\xbb\xbf" + plain().encode(), []),
+    ],
+)
+def test_text_files_as_programs_write_them(tmp_path, data, notes):
+    name = "Beschleunigung m²" if b"Beschl" in data else "a"
+    told = f'file = "run.csv"\ntime = {{ column = "t", unit = "s" }}\n[channels.a]\ncolumn = "{name}"\n'
+    (tmp_path / "run.csv").write_bytes(data)
+    found = jr.read_record(write(tmp_path, {}, told + 'unit = "m/s^2"\n', "run.txt"))
+    np.testing.assert_array_equal(np.stack([found["a"].t, found["a"].values], 1), ROWS)
+    for note in notes:
+        assert re.search(note, found.notes[0]) and found.notes[0] in repr(found)
+    assert bool(found.notes) == bool(notes) or b"\n[s]" in data
+
+
+def test_a_line_of_units_serves_and_words_for_missing_values(tmp_path):
+    text = (
+        plain(";")
+        .replace("t;a\n", "t;a\nms;mm/s^2\n")
+        .replace("0.125", "n/a")
+        .replace("4\n", "-99\n")
+    )
+    (tmp_path / "run.csv").write_text(text)
+    told = 'file = "run.csv"\ntime = "t"\nmissing = [-99, "n/a"]\n[channels.a]\ncolumn = "a"\n'
+    with pytest.raises(jr.InputError, match="has 3 values; 4 at least"):
+        jr.read_record(write(tmp_path, {}, told, "run.txt"))
+    found = jr.read_record(write(tmp_path, {}, told.replace("-99, ", ""), "run.txt"))["a"]
+    assert found.unit == "mm/s^2"
+    np.testing.assert_allclose(found.t, 1e-3 * np.array(ROWS)[:, 0])
+    assert list(np.flatnonzero(~found.valid)) == [3]
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (plain().replace("1,3\n", "1,3,7\n"), "line 4 has 3 entries where the names are 2"),
+        (plain().replace("1,3\n", "1\n"), "line 4 has 1 entries where the names are 2"),
+        (plain(names="t,a").replace("t,a", "a,a"), "2 columns are named `a`"),
+        (plain().replace(",3\n", ",true\n"), "row 3 of column `a` .*line 4.* is 'true', no number"),
+        (
+            plain().replace(",1.5\n", ",n/a\n"),
+            "row 1 of column `a` .* is 'n/a', no number.*missing = 'n/a'",
+        ),
+        (plain().replace(",3\n", ",1_000\n"), "is '1_000', no number"),
+        (plain().split("\n", 1)[1], "line 1 holds numbers where the names"),
+        ("t\n1\n2\n", "holds no table of two columns"),
+        ("", "holds no table of two columns"),
+        (plain().replace("1,3", '"1,3'), "a quotation mark is left open"),
+    ],
+)
+def test_bad_text_files(tmp_path, text, words):
+    (tmp_path / "run.csv").write_text(text)
+    told = 'file = "run.csv"\ntime = "t"\n[channels.a]\ncolumn = "a"\nunit = "mm"\n'
+    with pytest.raises(jr.InputError, match=words):
+        jr.read_record(write(tmp_path, {}, told, "run.txt"))
+
+
+def test_columns_that_are_no_real_numbers(tmp_path):
+    pytest.importorskip("pyarrow")
+    frame = pandas.DataFrame({"t": T, "a": VALUES > 0, "when": pandas.to_datetime(T, unit="s")})
+    frame.to_parquet(tmp_path / "run.parquet")
+    told = 'file = "run.parquet"\ntime = "t"\n[channels.a]\ncolumn = "a"\nunit = "mm"\n'
+    for change in (told, told.replace('column = "a"', 'column = "when"')):
+        with pytest.raises(jr.InputError, match="and not real numbers"):
+            jr.read_record(write(tmp_path, {}, change, "run.txt"))
 
 
 def test_ragged_file(tmp_path):

@@ -1,6 +1,6 @@
 """Measured signals: values over time, checked once."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,10 +63,10 @@ class Series:
 class Record:
     """Signals recorded in one run of a machine, by the names of their channels; rates may differ.
 
-    `name`: for messages and figures.
+    `name`: for messages and figures. `notes`: what was found out about the files it was read from.
     """
 
-    def __init__(self, series: Mapping[str, Series], name: str = "run"):
+    def __init__(self, series: Mapping[str, Series], name: str = "run", notes: Sequence[str] = ()):
         for key, one in series.items():
             if not isinstance(one, Series):
                 raise InputError(
@@ -74,13 +74,14 @@ class Record:
                 )
         if not series:
             raise InputError(f"`{name}`: holds no signal")
-        self.series, self.name = dict(series), name
+        self.series, self.name, self.notes = dict(series), name, tuple(notes)
 
     def __getitem__(self, channel: str) -> Series:
         return self.series[channel]
 
     def __repr__(self) -> str:
-        return f"Record({self.name!r}: {', '.join(f'{k} {v!r}' for k, v in self.series.items())})"
+        each = ", ".join(f"{k} {v!r}" for k, v in self.series.items())
+        return "\n".join([f"Record({self.name!r}: {each})", *self.notes])
 
     @property
     def end(self) -> float:
