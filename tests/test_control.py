@@ -269,7 +269,7 @@ def test_a_sampled_loop_books_its_energy_and_keeps_the_order_of_the_solver():
         {
             "disc": jr.Rotor(2.0, J, 0.015, unbalance=jr.Unbalance(2e-3)),
             "shaft": jr.Shaft(0.2, 0.012, rayleigh=(1.0, 1e-5)),
-            "end": jr.PrescribedSpin(jr.CosineRamp(150.0, 0.2)),
+            "end": jr.PrescribedSpin(jr.CosineRamp(1200.0, 0.2)),
         },
         attachments={
             "loop": (sampled(jr.PD(20.0, 0.3), 2.0), ("disc", "end")),

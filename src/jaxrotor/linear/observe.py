@@ -12,8 +12,7 @@ from ..machine.field import Reference, evaluate
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
-from ..protocol import Signalling
-from ..solve.part import forces_on_ends, part_of
+from ..solve.part import forces_on_ends, part_of, signals_of
 from .linearise import row_of
 
 _UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}
@@ -41,7 +40,9 @@ def outputs_of(
         if name.endswith(".force") and name[:-6] in wiring.connectors and what in COORDINATES:
             found.append(Output(name[:-6], "force", what, _FORCES[what]))
             continue
-        signals = _signals(machine, name) if name in (*wiring.stations, *wiring.connectors) else {}
+        signals = (
+            signals_of(machine, name) if name in (*wiring.stations, *wiring.connectors) else {}
+        )
         if what in signals:
             found.append(Output(name, "signal", what, signals[what]))
         elif name in wiring.connectors:
@@ -54,19 +55,6 @@ def outputs_of(
             row_of(labels, text)
             found.append(Output(name, "coordinate", what, _UNITS[what]))
     return tuple(found)
-
-
-def _signals(machine: Machine, name: str) -> dict[str, str]:
-    """Those that are one number."""
-    lineup = structure_of(machine)
-    names = (*lineup.wiring.stations, *lineup.wiring.connectors)
-    index = names.index(name)
-    for block in (*lineup.stations, *lineup.connectors):
-        if index < len(block):
-            one = block.one()
-            return dict(one.signals) if isinstance(one, Signalling) else {}
-        index -= len(block)
-    return {}
 
 
 def observe(

@@ -12,11 +12,12 @@ from ..elastic.shaft import Shaft
 from ..elastic.twist import TURN
 from ..errors import InputError
 from ..machine.field import Evaluation, unpack
+from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED, unknown
 from ..protocol import AbstractAttachment, AbstractPrescribed
-from ..solve.part import part_of
+from ..solve.part import part_of, signals_of
 from ..solve.response import ConnectorResponse, Response
 from .sensor import AbstractSensor, _station
 
@@ -103,6 +104,13 @@ class Signal(AbstractSensor):
     element: str = eqx.field(static=True)
     name: str = eqx.field(static=True)
     unit: str = eqx.field(static=True, default="")
+
+    def in_machine(self, machine: Machine) -> "Signal":
+        """The same with the element's own unit, where none was given and the machine has the signal."""
+        wiring = structure_of(machine).wiring
+        if self.unit or self.element not in (*wiring.stations, *wiring.connectors):
+            return self
+        return Signal(self.element, self.name, signals_of(machine, self.element).get(self.name, ""))
 
     def signal(self, response: Response) -> Float[Array, " nt"]:
         part = response[self.element]

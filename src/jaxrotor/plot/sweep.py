@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..sweep.statistics import axes_of, numbers_of, share
+from ..sweep.statistics import axes_of, done, numbers_of, ran_to_end, share
 from .labels import number, readable
 from .style import COLOURS, GREY, envelope, figure, label, legend
 
@@ -79,14 +79,16 @@ def distributions(
 
 def percentile_bands(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
     """An output over speed or time: the median, half and nine tenths of the cases that ran to their end, at
-    each point. Where an oscillation is too dense to be followed, the bands enclose it."""
+    each point. Where an oscillation is too dense to be followed, the bands enclose it. `found` may be a store
+    that still grows, `xarray.open_zarr(...)`."""
+    found = done(found)
     axes_ = axes_of(found)
     (along,) = (str(d) for d in found[name].dims if d not in axes_)
     x, over_speed = found[along].values, along.endswith("_speed")
     rows = int(np.prod([found.sizes[d] for d in axes_]))
     every = max(1, int(rows * len(x) / _READ))
     values = found[name].isel({along: slice(None, None, every)}).values.reshape(rows, -1)
-    x, ran = x[::every], found["failure"].values.ravel() == ""
+    x, ran = x[::every], ran_to_end(found)
     low, quarter, middle, upper, high = _quantiles(values[ran])
     size, words = quantity_label(found, name, np.stack([low, high]))
     dense = not over_speed and len(x) > _DENSE

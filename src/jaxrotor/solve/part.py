@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ..machine.lineup import line_up, structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
-from ..protocol import Acting, Linear, Motion
+from ..protocol import Acting, Linear, Motion, Signalling
 
 
 @eqx.filter_jit
@@ -26,6 +26,18 @@ def inner_element(machine: Machine, name: str) -> Any:
                 return block.element
             return jax.tree.map(lambda x: x[..., index], block.element)  # noqa: B023
         index -= len(block)
+
+
+def signals_of(machine: Machine, name: str) -> dict[str, str]:
+    """name -> unit of the quantities that a part offers, those inside composites too."""
+    lineup = structure_of(machine)
+    index = (*lineup.wiring.stations, *lineup.wiring.connectors).index(name)
+    for block in (*lineup.stations, *lineup.connectors):
+        if index < len(block):
+            one = block.one()
+            return dict(one.signals) if isinstance(one, Signalling) else {}
+        index -= len(block)
+    return {}
 
 
 def part_of(machine: Machine, system: System, name: str) -> tuple[Any, list[int], np.ndarray]:

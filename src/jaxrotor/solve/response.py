@@ -117,9 +117,10 @@ class Response(eqx.Module):
 
     def save(self, path: str | os.PathLike) -> Path:
         """Writes netCDF, whole or not at all."""
-        dataset = self.to_xarray()
+        # by way of memory: HDF5 crashes the program when it closes a file for which the disk has no room
+        data = self.to_xarray().to_netcdf(engine="h5netcdf", invalid_netcdf=False)
         with written_whole(Path(path)) as part:
-            dataset.to_netcdf(part, engine="h5netcdf", invalid_netcdf=False)
+            part.write_bytes(data)
         return Path(path)
 
 

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from ..errors import InputError
 from ..files import check_folder, save_json
-from ..sweep.store import MARK
+from ..sweep.store import state_of
 from ..sweep.sweep import sweep
 from .drawn import figures_of
 from .options import study_name
@@ -98,8 +96,8 @@ def run_sweep(
 
 
 def _refuse_unfinished(store: Path, resume: bool, force: bool) -> None:
-    state = _chunks_done(store)
-    if state is None or resume or force or state[0] == state[1]:
+    state = None if resume or force else state_of(store)
+    if state is None or state[0] == state[1]:
         return
     raise InputError(
         f"`{store}`: holds a sweep that was stopped, {state[0]} of {state[1]} chunks are done: add --resume "
@@ -109,39 +107,47 @@ def _refuse_unfinished(store: Path, resume: bool, force: bool) -> None:
 
 @contextmanager
 def _replaced(folder: Path, store: Path, resume: bool) -> Iterator[None]:
-    """An earlier store goes, but not before the new one is there."""
+    """An earlier sweep stands aside, with its summary and figures, and goes when the new one is whole: at
+    every instant one of them is, whenever the program is killed."""
     aside = folder / f".{STORE}.before"
-    if aside.exists():  # of a program that was killed
-        shutil.rmtree(aside)
+    if aside.is_dir() and not store.exists():  # killed before the new one was begun
+        _back(folder, aside)
     if store.exists() and not resume:
-        os.replace(store, aside)
+        if (
+            aside.is_dir()
+        ):  # for a sweep that was stopped, or for one that was killed at its very end
+            whole = state_of(store)
+            shutil.rmtree(aside if whole and whole[0] == whole[1] else store)
+        if store.exists():
+            aside.mkdir()
+            os.replace(store, aside / STORE)
     try:
         yield
+    except BaseException:
+        if aside.is_dir() and not store.exists():
+            _back(folder, aside)
+        raise
     finally:
-        if aside.exists() and not store.exists():
-            os.replace(aside, store)
-        elif aside.exists():
-            shutil.rmtree(aside)
+        if aside.is_dir() and store.exists():
             # of the run before: they would pass for this one's, if it was stopped
             for old in [folder / "summary.json", *folder.glob("*.png")]:
-                old.unlink(missing_ok=True)
+                if old.exists():
+                    os.replace(old, aside / old.name)
+    shutil.rmtree(aside, ignore_errors=True)
 
 
-def _chunks_done(store: Path) -> tuple[int, int] | None:
-    """And of how many; None where no sweep was begun."""
-    if not (store / "zarr.json").is_file():
-        return None
-    import zarr
-
-    group: Any = zarr.open_group(store, mode="r")
-    if MARK not in group.attrs or "done" not in group:
-        return None
-    done = np.asarray(group["done"][:])
-    return int((done != 0).sum()), done.size
+def _back(folder: Path, aside: Path) -> None:
+    # the store last: while it is missing, this is done again
+    for file in sorted(aside.iterdir(), key=lambda f: f.name == STORE):
+        os.replace(file, folder / file.name)
+    aside.rmdir()
 
 
 def _kept(store: Path) -> str:
-    state = _chunks_done(store)
+    try:
+        state = state_of(store)
+    except InputError as error:
+        return str(error)
     if state is None:
         return "nothing was written"
     return f"{state[0]} of {state[1]} chunks are kept in {store}: go on with --resume"

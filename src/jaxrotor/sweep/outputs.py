@@ -12,6 +12,8 @@ from jaxtyping import Array, Float
 from ..design.machine_measures import AbstractMachineMeasure
 from ..design.measure import AbstractMeasure, AbstractSignalMeasure, Seen, see
 from ..errors import InputError
+from ..machine.machine import Machine
+from ..measure.quantities import Signal
 from ..measure.sensor import AbstractSensor, Tachometer
 from ..parameter import parameter
 
@@ -70,6 +72,18 @@ def checked(outputs: Mapping[str, Any]) -> dict[str, Any]:
     if not found:
         raise InputError("outputs: name one at least, such as {'peak': PeakValue(Radial('main'))}")
     return found
+
+
+def with_units(outputs: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
+    """Signals are told their elements' units."""
+
+    def told(x):
+        return x.in_machine(machine) if isinstance(x, Signal) else x
+
+    return {
+        name: jax.tree.map(told, one, is_leaf=lambda x: isinstance(x, Signal))
+        for name, one in outputs.items()
+    }
 
 
 def unit_of(output: Any) -> str:

@@ -6,10 +6,29 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from .planning import NO_STEP
+
+
+def done(found: xr.Dataset) -> xr.Dataset:
+    """A store that was opened as it lies, without the rows that fill up a batch and those still to come."""
+    if "done" not in found:
+        return found
+    each = found.sizes["case"] // found.sizes["chunk"]
+    there = (found["case"].values >= 0) & np.repeat(found["done"].values == 1, each)
+    return found.isel(case=np.flatnonzero(there)).sortby("case")
+
+
+def ran_to_end(found: xr.Dataset) -> np.ndarray:
+    """Of each case, in one row."""
+    if "failure" in found:
+        return found["failure"].values.ravel() == ""
+    return np.isnan(found["failed_at"].values) & (found["steps_a_sample"].values != NO_STEP)
+
 
 def numbers_of(found: xr.Dataset, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Name -> (n,) of those outputs that are one number for each machine; of a machine measure with several
     the largest, which counts."""
+    found = done(found)
     axes = axes_of(found)
     out = {}
     for name in names:

@@ -3,6 +3,7 @@
 import errno
 import json
 import shutil
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ import xarray as xr
 from ..errors import InputError
 from .planning import Steps
 
-MARK = "jaxrotor_sweep"
+# Attributes: what the sweep is of, which arrays are its results, the checksum of all others.
+MARK, RESULTS, ASKED = "jaxrotor_sweep", "jaxrotor_results", "jaxrotor_asked"
 
 _WORDS = {
     errno.ENOSPC: "the disk is full: make room, then resume",
@@ -36,7 +38,9 @@ def _zarr():
 class Store:
     """`path`: a folder. Rows stand in the order in which they are run; every chunk of rows is a chunk of each
     array, and `done` says of each whether it is whole: it is marked behind its data, so that a chunk that was
-    being written when the program died is written again."""
+    being written when the program died is written again. `checksum` has a number for each chunk's values,
+    and the attributes one for what was asked: a chunk that was damaged later is run again, and a store whose
+    questions were is refused."""
 
     def __init__(self, path: Path):
         _zarr()
@@ -49,8 +53,9 @@ class Store:
 
         return self._guarded(look)
 
-    def open(self, fingerprint: dict[str, Any]) -> None:
-        """An earlier one; refused where it is of something else."""
+    def open(self, fingerprint: dict[str, Any]) -> int:
+        """An earlier one; refused where it is of something else. How many chunks were damaged: they are no
+        longer marked as whole."""
         before = self._identity()
         if before != fingerprint:
             parts = [k for k in fingerprint if before.get(k) != fingerprint[k]]
@@ -59,6 +64,45 @@ class Store:
                 "another folder, or remove it"
             )
         self.group = self._guarded(lambda: _zarr().open_group(self.path, mode="r+"))
+        return self._sound(self._damaged)
+
+    def _damaged(self) -> int:
+        """Those of the chunks that are marked as whole and are not."""
+        if dict(self.group.attrs).get(ASKED) != _checksum(self._asked()):
+            raise ValueError("what was asked does not have its checksum")
+        count = self.group["done"].shape[0]
+        size = self.group["case"].shape[0] // count
+        bad = [number for number in range(count) if not self._as_written(number, size)]
+        for number in bad:
+            self.group["done"][number] = 0
+        return len(bad)
+
+    def _as_written(self, number: int, size: int) -> bool:
+        rows = slice(number * size, (number + 1) * size)
+        try:
+            if not int(self.group["done"][number]):
+                return True  # nothing is claimed of it
+            values = {name: np.asarray(self.group[name][rows]) for name in self._results()}
+            return _checksum(values) == int(self.group["checksum"][number])
+        except Exception:  # each codec has its own
+            return False
+
+    def _results(self) -> list[str]:
+        return json.loads(str(dict(self.group.attrs)[RESULTS]))
+
+    def _asked(self) -> dict[str, np.ndarray]:
+        """All arrays but those that are written later."""
+        later = {*self._results(), "done", "checksum"}
+        return {name: np.asarray(array) for name, array in self.group.arrays() if name not in later}
+
+    def _sound(self, act):
+        """`act()`, with whatever a damaged file leads to said in words."""
+        try:
+            return act()
+        except InputError:
+            raise
+        except Exception as error:
+            raise _damage(self.path, error) from error
 
     def _identity(self) -> dict[str, str]:
         remedy = "choose another folder"
@@ -72,6 +116,9 @@ class Store:
 
     def steps(self) -> tuple[Steps, int]:
         """As they were planned when the store was made, and the size of its chunks."""
+        return self._sound(self._steps)
+
+    def _steps(self) -> tuple[Steps, int]:
         case, steps = (np.asarray(self.group[name]) for name in ("case", "steps_a_sample"))
         substeps = np.zeros(int(case.max()) + 1, int)
         substeps[case[case >= 0]] = steps[case >= 0]
@@ -84,14 +131,16 @@ class Store:
     ) -> None:
         """Made under another name: what has this one is whole."""
         chunk = layout.sizes["case"] // layout.sizes["chunk"]
-        beside = self.path.with_name(self.path.name + ".being_made")
+        beside = self.path.with_name(f".{self.path.name}.being_made")
 
         def make():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if beside.exists():  # its maker died
                 shutil.rmtree(beside)
-            encoding = {"done": {"chunks": (1,)}}
+            encoding = {"done": {"chunks": (1,)}, "checksum": {"chunks": (1,)}}
             layout.attrs[MARK] = json.dumps(fingerprint, sort_keys=True)
+            layout.attrs[RESULTS] = json.dumps(sorted(results))
+            layout["checksum"] = ("chunk", np.zeros(layout.sizes["chunk"], np.int64))
             layout.to_zarr(beside, mode="w-", encoding=encoding, consolidated=False, zarr_format=3)
             group = _zarr().open_group(beside, mode="r+")
             for name, array in results.items():
@@ -104,6 +153,9 @@ class Store:
                     dimension_names=[str(d) for d in array.dims],
                     attributes=array.attrs,
                 )
+            self.group = group
+            group.attrs[ASKED] = _checksum(self._asked())
+            self.group = None
             if self.path.is_dir():
                 self.path.rmdir()  # empty, or it would be opened
             beside.rename(self.path)
@@ -120,15 +172,22 @@ class Store:
 
     def write(self, number: int, rows: slice, values: dict[str, np.ndarray]) -> None:
         def put():
-            for name, value in values.items():
-                self.group[name][rows] = value
+            written = {}
+            for name in self._results():
+                array = self.group[name]
+                if name in values:
+                    array[rows] = values[name]
+                    written[name] = np.asarray(values[name], array.dtype)
+                else:
+                    written[name] = np.asarray(array[rows])
+            self.group["checksum"][number] = _checksum(written)
             self.group["done"][number] = 1
 
         self._guarded(put)
 
     def dataset(self) -> xr.Dataset:
         """Everything that is there, read when it is looked at."""
-        return xr.open_zarr(self.path, consolidated=False, chunks=None)
+        return self._sound(lambda: xr.open_zarr(self.path, consolidated=False, chunks=None))
 
     def _guarded(self, act):
         try:
@@ -139,6 +198,40 @@ class Store:
                 words = f"{error.strerror or error}: choose another folder"
             begun = "; what was written before is whole" if self.group is not None else ""
             raise InputError(f"`{self.path}`: {words}{begun}") from error
+
+
+def _checksum(arrays: dict[str, np.ndarray]) -> int:
+    """Of values and names, in any order."""
+    total = 0
+    for name in sorted(arrays):
+        total = zlib.crc32(name.encode(), total)
+        total = zlib.crc32(np.ascontiguousarray(arrays[name]).tobytes(), total)
+    return total
+
+
+def _damage(path: Path, error: Exception) -> InputError:
+    first = (str(error).strip().splitlines() or [type(error).__name__])[0]
+    return InputError(
+        f"`{path}`: is a damaged store of a sweep ({first[:120]}): restore it from a copy, or remove it and "
+        "begin anew"
+    )
+
+
+def state_of(path: Path) -> tuple[int, int] | None:
+    """How many chunks of a store are done, and of how many; `None` where no sweep was begun. Raises
+    `InputError` where it is damaged."""
+    if not (path / "zarr.json").is_file():
+        return None
+    try:
+        group: Any = _zarr().open_group(path, mode="r")
+        if MARK not in group.attrs or "done" not in group:
+            return None
+        done = np.asarray(group["done"][:])
+    except InputError:
+        raise
+    except Exception as error:
+        raise _damage(path, error) from error
+    return int((done != 0).sum()), done.size
 
 
 class Kept:

@@ -28,7 +28,7 @@ from .engine import Engine, engine_for
 from .identity import fingerprint
 from .layout import check_names, chunks_of, filled, finished, kept, layout_of
 from .memory import check_chunk, chunk_size
-from .outputs import checked, needs_run
+from .outputs import checked, needs_run, with_units
 from .planning import NO_STEP, Steps, row_of, steps_of
 from .store import Kept, Store
 
@@ -119,7 +119,7 @@ def _asked(
     check_solver(machine, solver, None if isinstance(step, Plan) else step, rtol, atol)
     machine.check()
     cases = as_cases(parameters)
-    wanted = checked(outputs)
+    wanted = with_units(checked(outputs), machine)
     check_names(wanted, cases)
     check_cases(machine, cases)
     runs = any(needs_run(one) for one in wanted.values())
@@ -194,7 +194,10 @@ def _open_or_make(keep: Store, resume, engine: Engine, told, setup, cases, plann
                 raise InputError(
                     f"`{keep.path}`: is there already: choose another folder, or resume"
                 )
-            keep.open(told)
+            damaged = keep.open(told)
+            if damaged:
+                words = f"{damaged} chunks were damaged since they were written: they are run again"
+                print(f"`{keep.path}`: {words}", file=sys.stderr)
     finally:
         engine.meet("store")
     if not engine.leads:
