@@ -352,3 +352,27 @@ def test_the_program_sets_64_bits_and_the_library_does_not(place):
         timeout=120,
     )
     assert done.returncode == 0, done.stderr
+
+
+INTERRUPTED = """
+import os, signal, sys, threading, time
+sys.argv = ["jaxrotor", "check", sys.argv[2]]
+watched = {module!r}
+def watch():
+    while watched not in sys.modules:
+        time.sleep(1e-4)
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=watch, daemon=True).start()
+from jaxrotor.cli import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("module", ["numpy", "jax", "jaxrotor.attach", "jaxrotor.study"])
+def test_ctrl_c_while_the_program_is_imported(module):
+    """An interrupt amid the import of NumPy comes out as an ImportError, if at all."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED.format(module=module), "--", "configs/overhung_fan.toml"],
+        capture_output=True, text=True, cwd=Path(__file__).parent.parent,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "\nInterrupted: nothing was begun.\n"), done

@@ -1,5 +1,10 @@
 """jaxrotor: differentiable transient dynamics of rotating machines."""
 
+from . import interrupt as _interrupt
+
+if _interrupt.is_command_line():
+    _interrupt.leave_at_once()
+
 from .attach import (
     AddedInertia as AddedInertia,
     Brake as Brake,

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError
+from .interrupt import INTERRUPTED, interrupted, is_command_line, raise_from_now_on
 
-OK, INPUT, FAILED, INTERRUPTED = 0, 2, 3, 130
+OK, INPUT, FAILED = 0, 2, 3
 
 _ABOUT = """\
 Simulates rotating machines in transient states: run-up, run-down, shocks.
@@ -270,17 +271,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"{len(error.problems)} problems; nothing was run.", file=sys.stderr)
         return INPUT
     except KeyboardInterrupt as stopped:
-        print(
-            f"\nInterrupted: {str(stopped) or 'nothing was written'}.", file=sys.stderr, flush=True
-        )
-        if arguments is None:
-            # Compiled code runs on in threads, and an orderly exit would wait for its end.
-            os._exit(INTERRUPTED)
-        return INTERRUPTED
+        return _stopped(str(stopped), arguments is None)
     except OSError as error:
         where = f"`{error.filename}`: " if error.filename else ""
         print(f"{where}cannot be written ({error.strerror}): choose --out", file=sys.stderr)
         return INPUT
+    except Exception:
+        if interrupted():  # an import that is stopped may end in any error
+            return _stopped("", arguments is None)
+        raise
+
+
+def _stopped(words: str, alone: bool) -> int:
+    print(f"\nInterrupted: {words or 'nothing was written'}.", file=sys.stderr, flush=True)
+    if alone:
+        # Compiled code runs on in threads, and an orderly exit would wait for its end.
+        os._exit(INTERRUPTED)
+    return INTERRUPTED
 
 
 def version() -> str:
@@ -303,7 +310,10 @@ def _set_up() -> None:
 def _load(path: Path) -> Any:
     from .study import load
 
-    return load(path)
+    study = load(path)
+    if is_command_line():
+        raise_from_now_on()
+    return study
 
 
 def _check(given: argparse.Namespace) -> int:
