@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -12,7 +13,8 @@ import xarray as xr
 
 import jaxrotor as jr
 from jaxrotor.cli import main
-from jaxrotor.sweep.store import Store
+from jaxrotor.study.swept import _replaced
+from jaxrotor.sweep.store import Store, state_of
 
 MACHINE = """
 title = "A disc on a spring, let go"
@@ -227,11 +229,26 @@ def test_a_finished_one_is_replaced_and_an_unfinished_one_by_force(tmp_path, mon
     with monkeypatch.context() as stopping:
         stopping.setattr(Store, "write", lambda *_: raised(KeyboardInterrupt()))
         assert swept(tmp_path, text, "--quiet") == 130
-    # figures of the one before would pass for its own
-    assert [p.name for p in (tmp_path / "out").iterdir()] == ["sweep.zarr"]
+    # figures of the one before would pass for its own; but it is kept until another one is whole
+    aside = tmp_path / "out/.sweep.zarr.before"
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"sweep.zarr", aside.name}
+    assert {"sweep.zarr", "summary.json", "lines.png"} <= {p.name for p in aside.iterdir()}
+    assert f"the earlier sweep is in {aside}" in capsys.readouterr().err
     assert swept(tmp_path, text, "--quiet") == 2
+    # killed before the new one was begun: the earlier one goes back to its place
+    shutil.copytree(tmp_path / "out", tmp_path / "killed")
+    shutil.rmtree(tmp_path / "killed/sweep.zarr")
+    with _replaced(tmp_path / "killed", tmp_path / "killed/sweep.zarr", True):
+        assert (tmp_path / "killed/summary.json").exists()
+        assert state_of(tmp_path / "killed/sweep.zarr") == (1, 1)
     assert swept(tmp_path, text, "--quiet", "--force") == 0
     np.testing.assert_allclose(stored(tmp_path)["weight"], [5, 6])
+    assert not aside.exists()
+
+
+def test_a_sweep_that_died_while_its_store_was_made_goes_on(tmp_path):
+    (tmp_path / "out/.sweep.zarr.being_made/case").mkdir(parents=True)
+    assert swept(tmp_path, MACHINE + GRID, "--quiet", "--resume") == 0
 
 
 def raised(error=None):

@@ -75,21 +75,18 @@ def folder_written_whole(target: Path, force: bool = False) -> Iterator[Path]:
     _try_to_write(target)
     part = _beside(target)
     part.chmod(0o777 & ~_umask())  # mkdtemp makes it the user's alone
-    whole = False
     try:
         yield part
-        whole = True
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+    try:
         _exchange(part, target)
     except OSError as error:
-        if not whole or not part.exists():
-            raise
         raise InputError(
             f"`{target}`: could not be written ({error.strerror or error}); the results are whole in "
             f"`{part}`"
         ) from error
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
 
 
 def _earlier(target: Path) -> Path:

@@ -143,6 +143,19 @@ def _size(unit: str, wanted: str, where: str) -> float:
         raise InputError(f"{where}: its unit {error}") from None
 
 
+def read_columns(file: Path, wanted: frozenset[str] = frozenset()) -> dict[str, Any]:
+    """The columns of a table in a file, whatever they hold; `wanted`: some of their names. Raises
+    `InputError`."""
+    table = _table(file, HowWritten(), wanted, 1)
+    if isinstance(table, TextTable):
+        return {
+            name: texts if isinstance(numbers := as_numbers(texts), int) else numbers
+            for name, texts in table.columns.items()
+        }
+    names = table.columns if hasattr(table, "columns") else table.variables
+    return {str(name): np.asarray(table[name]) for name in names}
+
+
 def _names(*tables: Any) -> frozenset[str]:
     """Every column that is asked for."""
     found = set()
@@ -156,14 +169,14 @@ def _names(*tables: Any) -> frozenset[str]:
     return frozenset(found)
 
 
-def _table(file: Path, how: HowWritten, wanted: frozenset[str]) -> Any:
+def _table(file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2) -> Any:
     """Columns by name, with their units where the file tells them."""
     if not file.is_file():
         raise InputError(f"`{file}`: there is no such file")
     kind = file.suffix.lower()
     try:
         if kind in (".csv", ".txt", ".dat", ".tsv", ".asc"):
-            return read_text_table(file, how, wanted)
+            return read_text_table(file, how, wanted, least)
         if kind == ".parquet":
             import pandas
 

@@ -14,6 +14,7 @@ from ..units import known_unit
 
 # In this order: where two would do, what a decimal comma or a name cannot hold comes first.
 _SEPARATORS = {"\t": "tab", ";": "';'", "|": "'|'", ",": "','", " ": "spaces"}
+_COUNTS = {1: "one column", 2: "two columns"}
 _NUMBER = re.compile(
     r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)|", re.IGNORECASE
 )
@@ -40,9 +41,12 @@ class TextTable(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read_text_table(file: Path, how: HowWritten, wanted: frozenset[str]) -> TextTable:
-    """`wanted`: names that are looked for in the line of names. Raises `InputError` with the line for rows
-    of another length, for names that stand twice, and for files without a table of two columns."""
+def read_text_table(
+    file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2
+) -> TextTable:
+    """`wanted`: names that are looked for in the line of names; `least`: how many columns there must be.
+    Raises `InputError` with the line for rows of another length, for names that stand twice, and for files
+    without such a table."""
     text, notes = _decoded(file, how.encoding)
     lines = text.splitlines()
     numbered = [
@@ -50,8 +54,8 @@ def read_text_table(file: Path, how: HowWritten, wanted: frozenset[str]) -> Text
         for k, line in enumerate(lines, 1)
         if k > (how.skip or 0) and line.strip() and not line.lstrip().startswith("#")
     ]
-    separator, rows = _split(file, numbered, how.separator)
-    if how.separator is None and separator != ",":
+    separator, rows = _split(file, numbered, how.separator, least)
+    if how.separator is None and separator != "," and len(rows[0][1]) > 1:
         notes.append(f"columns are parted by {_SEPARATORS[separator]}")
     decimal = how.decimal or _decimal(rows, separator)
     if decimal == ",":
@@ -121,11 +125,11 @@ def _decoded(file: Path, encoding: str | None) -> tuple[str, list[str]]:
 
 
 def _split(
-    file: Path, lines: list[tuple[int, str]], separator: str | None
+    file: Path, lines: list[tuple[int, str]], separator: str | None, least: int
 ) -> tuple[str, list[tuple[int, list[str]]]]:
     """Which separator gives most lines one number of entries, two at least; and the entries."""
     texts = [line for _, line in lines]
-    best, found, chosen = 0, [], separator or ","
+    best, found, chosen = (False, 0), [], separator or ","
     for candidate in (separator,) if separator else _SEPARATORS:
         rows = _entries(texts, str(candidate))
         if len(rows) != len(texts):
@@ -133,13 +137,13 @@ def _split(
         # a preamble is of any length: most of a file are its numbers
         widths = Counter(map(len, rows[len(rows) // 2 :]))
         width, count = widths.most_common(1)[0] if widths else (0, 0)
-        if width >= 2 and count > best:
-            best, found, chosen = count, rows, str(candidate)
+        if width >= least and (width > 1, count) > best:
+            best, found, chosen = (width > 1, count), rows, str(candidate)
     if found:
         return chosen, [(k, row) for (k, _), row in zip(lines, found)]
     words = f"parted by {separator!r}" if separator else "parted by tabs, ';', '|', ',' or spaces"
     raise InputError(
-        f"`{file}`: cannot be read: holds no table of two columns or more, {words}: give its separator "
+        f"`{file}`: cannot be read: holds no table of {_COUNTS[least]} or more, {words}: give its separator "
         "(and skip, the lines before the names of its columns)"
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..inverse.bench import Bench
-from ..measure.read import _table
+from ..measure.read import read_columns
 from ..sweep.cases import Cases
 from ..sweep.sensitivity import sobol_cases
 from ..units import factor, known_unit, shown
@@ -177,10 +177,10 @@ def _columns(table: Any, folder: Path, bench: Bench, faults: Faults) -> dict[str
     if not isinstance(units, dict) or not isinstance(ignored, list):
         faults.add(place, 'units must be a table such as { "main.mass" = "kg" }, ignore a list')
         return {}
-    read = _attempt(lambda: _table(folder / table["file"]), faults, place)
+    read = _attempt(lambda: read_columns(folder / table["file"], frozenset(units)), faults, place)
     if read is None:
         return {}
-    names = [str(name) for name in read.columns if str(name) not in ignored]
+    names = [name for name in read if name not in ignored]
     for name in units:
         if name not in names:
             faults.add(place, f"units names `{name}`, which is no column{guess(name, names)}")

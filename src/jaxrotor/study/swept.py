@@ -75,7 +75,7 @@ def run_sweep(
                 lambda: sweep_study(study, store, progress=watched, resume=resume)
             )
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_kept(store)) from None
+            raise KeyboardInterrupt(_kept(store, _aside(store))) from None
     told = summary_of(study, found)
     trouble: Exception | None = None
     try:
@@ -109,7 +109,7 @@ def _refuse_unfinished(store: Path, resume: bool, force: bool) -> None:
 def _replaced(folder: Path, store: Path, resume: bool) -> Iterator[None]:
     """An earlier sweep stands aside, with its summary and figures, and goes when the new one is whole: at
     every instant one of them is, whenever the program is killed."""
-    aside = folder / f".{STORE}.before"
+    aside = _aside(store)
     if aside.is_dir() and not store.exists():  # killed before the new one was begun
         _back(folder, aside)
     if store.exists() and not resume:
@@ -136,6 +136,11 @@ def _replaced(folder: Path, store: Path, resume: bool) -> Iterator[None]:
     shutil.rmtree(aside, ignore_errors=True)
 
 
+def _aside(store: Path) -> Path:
+    """Where an earlier sweep waits for the new one to be whole."""
+    return store.with_name(f".{store.name}.before")
+
+
 def _back(folder: Path, aside: Path) -> None:
     # the store last: while it is missing, this is done again
     for file in sorted(aside.iterdir(), key=lambda f: f.name == STORE):
@@ -143,11 +148,12 @@ def _back(folder: Path, aside: Path) -> None:
     aside.rmdir()
 
 
-def _kept(store: Path) -> str:
+def _kept(store: Path, aside: Path) -> str:
     try:
         state = state_of(store)
     except InputError as error:
         return str(error)
-    if state is None:
+    if state is None or not state[1]:
         return "nothing was written"
-    return f"{state[0]} of {state[1]} chunks are kept in {store}: go on with --resume"
+    earlier = f"; the earlier sweep is in {aside}" if aside.is_dir() else ""
+    return f"{state[0]} of {state[1]} chunks are kept in {store}: go on with --resume{earlier}"
