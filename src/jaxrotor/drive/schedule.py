@@ -70,8 +70,10 @@ class Ramp(AbstractSchedule):
     def value(self, t: Scalar) -> Scalar:
         s = (t - self.start_time) / self.duration
         ramp = self.before + (self.after - self.before) * s
-        # chosen, not clipped: at the very instant a clip has no one derivative
-        return jnp.where(s < 0.0, self.before, jnp.where(s < 1.0, ramp, self.after))
+        # chosen, not clipped: at the very instant a clip has no one derivative; and by the instants that
+        # `jumps` lists, for `s` may round to 1 before them
+        begin, end = self.jumps()
+        return jnp.where(t < begin, self.before, jnp.where(t < end, ramp, self.after))
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.stack([self.start_time, self.start_time + self.duration])  # kinks
@@ -170,7 +172,8 @@ class Impulse(AbstractSchedule):
     def value(self, t: Scalar) -> Scalar:
         s = (t - self.time) / self.duration
         pulse = 0.5 * jnp.pi * self.impulse / self.duration * jnp.sin(jnp.pi * s)
-        return jnp.where((s > 0.0) & (s < 1.0), pulse, 0.0)
+        begin, end = self.jumps()  # as `Ramp` does
+        return jnp.where((t >= begin) & (t < end), pulse, 0.0)
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.stack([self.time, self.time + self.duration])  # kinks

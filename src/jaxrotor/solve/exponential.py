@@ -71,12 +71,12 @@ def _remainder(terms, A, args, exact_rows: int) -> Callable:
     return N
 
 
-def _choose(weights: Array, lengths, length) -> tuple[Array, Array]:
-    """The weights prepared for the nearest length, and whether it is that length."""
+def _nearest(lengths, length) -> tuple[Array, Array]:
+    """Which of the prepared lengths is nearest, and whether it is that length."""
     gap = jnp.abs(lengths - length)
     i = jnp.argmin(gap)
     fits = gap[i] <= _LENGTH_TOLERANCE * jnp.max(jnp.abs(lengths)) + 1e-14
-    return weights[i], fits
+    return i, fits
 
 
 def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Vector]:
@@ -107,12 +107,14 @@ class AbstractExponential(diffrax.AbstractSolver):
 
     @abc.abstractmethod
     def advance(
-        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump
-    ) -> tuple[Vector, Memory, Array]:
-        """The state at t1, what to remember, and whether weights for this length were at hand."""
+        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump, which
+    ) -> tuple[Vector, Memory]:
+        """The state at t1 and what to remember. `which` of the prepared lengths the step has: two of one
+        length may follow different parameters, so the length itself does not say."""
 
     def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
-        y1, memory, fits = self.advance(terms, t0, t1, y0, args, solver_state, made_jump)
+        which, fits = _nearest(solver_state.lengths, t1 - t0)
+        y1, memory = self.advance(terms, t0, t1, y0, args, solver_state, made_jump, which)
         state = eqx.tree_at(lambda s: s.memory, solver_state, memory)
         return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
 
@@ -155,8 +157,8 @@ class ETD4RK(AbstractExponential):
         starting = _prepare(A, lengths, self.substeps, self.exact_rows)
         return _State(A, lengths, starting, None, Memory())
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
-        weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
+        weights = state.starting[which]
         h = (t1 - t0) / self.substeps
 
         N = _remainder(terms, state.A, args, self.exact_rows)
@@ -165,7 +167,7 @@ class ETD4RK(AbstractExponential):
             return _runge_kutta(N, weights, t0 + i * h, h, y)[0], None
 
         y1, _ = jax.lax.scan(one, y0, jnp.arange(self.substeps))
-        return y1, Memory(), fits
+        return y1, Memory()
 
 
 class ExponentialAdams(AbstractExponential):
@@ -225,7 +227,7 @@ class ExponentialAdams(AbstractExponential):
             ),
         )
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
         h = (t1 - t0) / self.substeps
         m = y0.size - self.exact_rows
         N = _remainder(terms, state.A, args, self.exact_rows)
@@ -234,7 +236,7 @@ class ExponentialAdams(AbstractExponential):
             return jnp.concatenate([value, history[:-m]])
 
         filled = jnp.where(made_jump, 0, state.memory.filled)
-        regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
+        regular = which == 0
 
         # `history` holds N at the steps before t0, newest first; each step adds its own start
         def multistep(y, history):
@@ -254,10 +256,10 @@ class ExponentialAdams(AbstractExponential):
             (y, history), _ = jax.lax.scan(
                 one, (y, history), jnp.arange(self.substeps), unroll=unroll
             )
-            return y, history, filled, jnp.array(True)
+            return y, history, filled
 
         def start(y, history):
-            weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+            weights = state.starting[which]
             short = h / START_REFINEMENT
 
             def fine(carry, i):
@@ -270,9 +272,9 @@ class ExponentialAdams(AbstractExponential):
             (y, history), _ = jax.lax.scan(
                 fine, (y, history), jnp.arange(self.substeps * START_REFINEMENT)
             )
-            return y, history, jnp.where(regular, filled + self.substeps, 0), fits
+            return y, history, jnp.where(regular, filled + self.substeps, 0)
 
-        y1, history, filled, fits = jax.lax.cond(
+        y1, history, filled = jax.lax.cond(
             (filled >= self.order_ - 1) & regular, multistep, start, y0, state.memory.history
         )
-        return y1, Memory(history, filled), fits
+        return y1, Memory(history, filled)

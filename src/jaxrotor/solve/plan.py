@@ -145,7 +145,8 @@ def _pilot(machine, when, interval, substeps, top, order: int) -> Float[Array, "
                 y, memory = carry
                 t = when + k * interval + i * h
                 now = eqx.tree_at(lambda s: s.memory, state, memory)
-                y, memory, _ = solver.advance(terms, t, t + h, y, system, now, jnp.array(False))
+                none = jnp.array(False)
+                y, memory = solver.advance(terms, t, t + h, y, system, now, none, 0)
                 return y, memory
 
             carry = jax.lax.fori_loop(0, count, step, carry)

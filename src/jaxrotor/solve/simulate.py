@@ -204,7 +204,7 @@ def _run(
     system = assemble(machine)
     samples = jnp.arange(count) * interval
     y0, checks = start(machine, system, initial, speed)
-    jumps = jump_times(machine)
+    jumps = jump_times(system)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
     ticking = None if grid is None else Ticking(grid, system, count, y0.size)
     if isinstance(solver, (ExponentialAdams, ETD4RK)):
@@ -292,6 +292,6 @@ def march_samples(
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
-    found = march(solver, terms, at.times, at.jumps, y0, system, state, every, ticks, watch)
+    found = march(solver, terms, at, y0, system, state, every, ticks, watch)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
     return jax.tree.map(lambda x: x[wanted], found)

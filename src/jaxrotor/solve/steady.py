@@ -10,6 +10,7 @@ from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from .equilibrium import resting
 from .exponential import ETD4RK
+from .knots import knots
 from .march import march
 from .newton import newton_root
 from .state import State, from_flat
@@ -32,18 +33,17 @@ def steady_whirl(
     zero = jnp.zeros(())
     angle = system.reference(zero)[0]
     period = 2 * jnp.pi / jnp.abs(speed)
-    knots = jnp.linspace(0.0, 1.0, 17) * period
+    at = knots(jnp.linspace(0.0, 1.0, 17) * period, jnp.zeros(0))
 
     def field(t, y, system):
         return relative_field(t, y, system, (angle + speed * t, speed, jnp.zeros_like(t)))
 
     start = resting(system, (angle, zero, zero))
     solver, terms = ETD4RK(_STEPS // 16, A, None, n_free(system)), diffrax.ODETerm(field)
-    prepared = solver.init(terms, knots[0], knots[1], start, system)
-    jumps = jnp.zeros(knots.shape, bool)
+    prepared = solver.init(terms, at.times[0], at.times[1], start, system)
 
     def turn(y):
-        return march(solver, terms, knots, jumps, y, system, prepared)[-1]
+        return march(solver, terms, at, y, system, prepared)[-1]
 
     y = newton_root(lambda y: turn(y) - y, start, _ITERATIONS, 1e-11)
     n = n_free(system)
