@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from .monotone import interpolate, table_faults
+from .monotone import ends, interpolate, row_frequency, table_faults
 
 Scalar = Float[Array, ""]
 
@@ -26,6 +26,10 @@ class AbstractSchedule(eqx.Module):
     @abc.abstractmethod
     def jumps(self) -> Float[Array, " n"]:
         """Instants at which the quantity jumps or kinks, s."""
+
+    def top_frequency(self) -> Float[Array, ""]:
+        """rad/s: the fastest that it swings between its jumps; the step of a run follows it."""
+        return jnp.zeros(())
 
 
 def as_schedule(value: Any) -> Any:
@@ -95,7 +99,10 @@ class Table(AbstractSchedule):
         return interpolate(self.times, self.values, t)
 
     def jumps(self) -> Float[Array, " n"]:
-        return jnp.zeros(0)
+        return ends(self.times)
+
+    def top_frequency(self) -> Float[Array, ""]:
+        return row_frequency(self.times)
 
 
 class PulseTrain(AbstractSchedule):
@@ -159,6 +166,9 @@ class Harmonic(AbstractSchedule):
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.zeros(0)
+
+    def top_frequency(self) -> Float[Array, ""]:
+        return jnp.max(jnp.abs(self.frequencies * (self.amplitudes != 0)), initial=0.0)
 
 
 class Impulse(AbstractSchedule):

@@ -1,27 +1,33 @@
 """Is the request sound, before a run; was the run one, after it."""
 
+import warnings
 from typing import Any
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError, SimulationFailed
+from ..machine.field import n_free, node_motions
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
 from ..parameter import is_concrete, known, numbers
-from ..protocol import AbstractPrescribed
+from ..protocol import AbstractPrescribed, Acting
 from .equilibrium import refuse_unbalanced
-from .response import Response
+from .part import forces_on_ends, part_of
+from .response import Response, RunInfo
 from .state import State
 
 # A periodic whirl found by shooting must come back to this part of its size.
 _STEADY_GAP = 1e-7
+# A run by a step of the user's own is warned of from this error on, as part of a coordinate's peak.
+_COARSE = 1e-2
 
 
 def check_solver(machine: Any, solver: Any, step: Any, rtol: Any, atol: Any) -> None:
@@ -158,22 +164,88 @@ def speed_beyond(response: Response, planned: float) -> float | None:
 
 def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
+    sample = response.failed_at()
+    blame = None if sample is None else _blame(response, sample)
+    if sample == 0 and blame:
+        raise InputError(f"{blame} before anything moves: mend its law")
     if isinstance(initial, str) and initial in ("static", "running"):
         refuse_unbalanced(response.machine, checks)
+    if isinstance(initial, str) and initial == "steady" and np.isinf(numbers(checks)):
+        raise InputError(
+            "no periodic whirl was found: without damping a mode is in resonance at this speed, and its "
+            "motion grows with each turn: choose another speed, or give the machine damping"
+        )
     if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
         raise InputError(
             f"no periodic whirl was found: after a turn the state differs by {numbers(checks):.1e} of "
             "its size; the torques on the line do not balance at this speed, or it is unstable there"
         )
-    sample = response.failed_at()
     if sample is not None:
         kept = response.until(sample)
         t = numbers(response.t)
+        remedy = "take a smaller step (step=...), or look for an instability of the machine there"
+        if blame:
+            remedy = f"{blame} there, so mend its law"
         raise SimulationFailed(
             f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
             f"and {t[sample]:.6g} s ({response.info.solver}, "
-            f"{response.info.substeps or 'adaptive'} steps a sample): take a smaller step "
-            "(step=...), or look for an instability of the machine there; "
+            f"{response.info.substeps or 'adaptive'} steps a sample): {remedy}; "
             f"the {sample} samples before are in the exception's `response`",
             kept,
         )
+
+
+def tell_error(info: RunInfo) -> None:
+    """Warns of a run whose own error is above its tolerance."""
+    if info.error is None:
+        return
+    error, asked, step = (float(numbers(x)) for x in (info.error, info.tolerance, info.step))
+    own = not asked > 0  # a step of the user's own comes without a tolerance
+    if error > (_COARSE if own else asked):
+        limit = "" if own else f", where {asked:.1g} was asked for"
+        warnings.warn(
+            f"the run's own estimate of its error is {error:.1g} of a coordinate's peak{limit}: the step, "
+            f"{step:.3g} s, is too long for what happens in it; give a shorter one (step=...)"
+            + (", or none" if own else ""),
+            stacklevel=3,
+        )
+
+
+def _blame(response: Response, sample: int) -> str | None:
+    """Whose force is not finite where the run left the finite numbers, as the beginning of a sentence."""
+    machine, y, t = response.machine, response.y, response.t
+    last = max(0, sample - 1)
+    step = t[1] - t[0]
+    start = jnp.where(jnp.isfinite(y[last]), y[last], 0.0)
+    n = len(lay_out(structure_of(machine)).free)
+    ahead = jnp.concatenate([start[n : 2 * n] * step, jnp.zeros(start.size - n)])
+    if last > 0:
+        ahead = y[last] - y[last - 1]
+    parts = jnp.linspace(0.0, 1.0, 9)
+    sound = _sound_parts(machine, t[last] + parts * step, start + parts[:, None] * ahead)
+    for name, (force, slope) in sound.items():
+        if not force or not slope:
+            what = "its force" if not force else "the slope of its force"
+            return f"`{name}`: {what} is not finite"
+    return None
+
+
+@eqx.filter_jit
+def _sound_parts(machine: Machine, t: Array, y: Array) -> dict[str, tuple[Array, Array]]:
+    """Of each part that acts: whether its forces, and their slopes at the first instant, are finite."""
+    system = assemble(machine)
+    wiring = structure_of(machine).wiring
+    found = {}
+    for name in (*wiring.stations, *wiring.connectors):
+        element, nodes, rows = part_of(machine, system, name)
+        if not isinstance(element, Acting):
+            continue
+
+        def force(t, y, element=element, nodes=nodes, rows=rows):
+            q, v = node_motions(t, y, system)
+            states = y[2 * n_free(system) :][rows] if rows.size else None
+            return forces_on_ends(element, t, tuple((q[:, i], v[:, i]) for i in nodes), states)
+
+        slope = jax.jacfwd(force, 1)(t[0], y[0])
+        found[name] = tuple(jnp.all(jnp.isfinite(x)) for x in (jax.vmap(force)(t, y), slope))
+    return found

@@ -38,6 +38,7 @@ class RunInfo(eqx.Module):
     tolerance: Any = None
     seconds: Any = None
     steps: Any = None
+    error: Any = None
     steady_gap: Any = None
 
 
