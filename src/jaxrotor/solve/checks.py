@@ -5,22 +5,20 @@ from typing import Any
 
 import diffrax
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError, SimulationFailed
-from ..machine.field import n_free, node_motions
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
 from ..parameter import is_concrete, known, numbers
-from ..protocol import AbstractPrescribed, Acting
+from ..protocol import AbstractPrescribed
 from .equilibrium import refuse_unbalanced
-from .part import forces_on_ends, part_of
+from .blame import not_finite
 from .response import Response, RunInfo
 from .state import State
 
@@ -165,7 +163,7 @@ def speed_beyond(response: Response, planned: float) -> float | None:
 def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
     sample = response.failed_at()
-    blame = None if sample is None else _blame(response, sample)
+    blame = None if sample is None else not_finite(*_around(response, sample))
     if sample == 0 and blame:
         raise InputError(f"{blame} before anything moves: mend its law")
     if isinstance(initial, str) and initial in ("static", "running"):
@@ -211,41 +209,13 @@ def tell_error(info: RunInfo) -> None:
         )
 
 
-def _blame(response: Response, sample: int) -> str | None:
-    """Whose force is not finite where the run left the finite numbers, as the beginning of a sentence."""
-    machine, y, t = response.machine, response.y, response.t
-    last = max(0, sample - 1)
-    step = t[1] - t[0]
+def _around(response: Response, sample: int) -> tuple[Machine, Array, Array]:
+    """The machine, and instants and states on the way out of the finite numbers before `sample`."""
+    t, y, last = response.t, response.y, max(0, sample - 1)
+    n = len(lay_out(structure_of(response.machine)).free)
     start = jnp.where(jnp.isfinite(y[last]), y[last], 0.0)
-    n = len(lay_out(structure_of(machine)).free)
-    ahead = jnp.concatenate([start[n : 2 * n] * step, jnp.zeros(start.size - n)])
+    ahead = jnp.concatenate([start[n : 2 * n] * (t[1] - t[0]), jnp.zeros(start.size - n)])
     if last > 0:
         ahead = y[last] - y[last - 1]
     parts = jnp.linspace(0.0, 1.0, 9)
-    sound = _sound_parts(machine, t[last] + parts * step, start + parts[:, None] * ahead)
-    for name, (force, slope) in sound.items():
-        if not force or not slope:
-            what = "its force" if not force else "the slope of its force"
-            return f"`{name}`: {what} is not finite"
-    return None
-
-
-@eqx.filter_jit
-def _sound_parts(machine: Machine, t: Array, y: Array) -> dict[str, tuple[Array, Array]]:
-    """Of each part that acts: whether its forces, and their slopes at the first instant, are finite."""
-    system = assemble(machine)
-    wiring = structure_of(machine).wiring
-    found = {}
-    for name in (*wiring.stations, *wiring.connectors):
-        element, nodes, rows = part_of(machine, system, name)
-        if not isinstance(element, Acting):
-            continue
-
-        def force(t, y, element=element, nodes=nodes, rows=rows):
-            q, v = node_motions(t, y, system)
-            states = y[2 * n_free(system) :][rows] if rows.size else None
-            return forces_on_ends(element, t, tuple((q[:, i], v[:, i]) for i in nodes), states)
-
-        slope = jax.jacfwd(force, 1)(t[0], y[0])
-        found[name] = tuple(jnp.all(jnp.isfinite(x)) for x in (jax.vmap(force)(t, y), slope))
-    return found
+    return response.machine, t[last] + parts * (t[1] - t[0]), start + parts[:, None] * ahead

@@ -57,6 +57,9 @@ def run_error(
     system: System,
 ) -> Float[Array, ""]:
     """As part of each coordinate's peak. `flow`: `e^(hA)` and `h φ_1(hA)` of a step; `by_speed`: dA/dw."""
+    # an error has no derivative
+    flow, by_speed, y, defects = jax.lax.stop_gradient((flow, by_speed, y, defects))
+    system = jax.tree.map(jax.lax.stop_gradient, system)
     through, push = flow
     d, count = through.shape[0], defects.shape[0]
     levels = max(1, min(_LEVELS, 512 // d, count))

@@ -18,6 +18,7 @@ from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
 from ..parameter import is_concrete, numbers
+from .blame import not_finite
 from .error import share_of_peaks
 from .exponential import ExponentialAdams
 
@@ -96,6 +97,9 @@ def plan(
         growth = min(4.0, 1.05 * (error / tolerance) ** (1 / (order + 1)))
         substeps = bucket(max(substeps + 1, substeps * growth))
     else:
+        blame = None if math.isfinite(error) else not_finite(machine, instants)
+        if blame:
+            raise InputError(f"{blame} before anything moves: mend its law")
         raise InputError(
             f"no step was found that keeps the error below {tolerance:g}: at {substeps} steps a "
             f"sample the pilot still differs by {error:.1e}; raise the sample rate, or choose a "
@@ -107,6 +111,12 @@ def plan(
 def fewest(frequency: float, interval: float) -> int:
     """Steps in a sample interval that follow what turns or swings at `frequency` (rad/s)."""
     return bucket(frequency * interval / _LARGEST_TURN)
+
+
+def unresolved(machine: Machine, plan: Plan, interval: float) -> bool:
+    """Whether something swings by more than half a turn in a step: what the steps see tells nothing then."""
+    fastest = max(plan.top_speed, float(top_frequency(_numbers(machine))))
+    return fastest * interval / plan.substeps > math.pi
 
 
 def refined(plan: Plan, error: float) -> Plan:

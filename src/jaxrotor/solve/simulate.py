@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
-from ..parameter import is_concrete, require_x64
+from ..parameter import is_concrete, numbers, require_x64
 from .adaptive import adaptive_samples, solver_for, tolerances
 from .checks import (
     check_solver,
@@ -32,7 +32,7 @@ from .exponential import ETD4RK, ExponentialAdams
 from .grid import Grid, Ticking, grid_of
 from .knots import knots
 from .march import march
-from .plan import Plan, bucket, plan as make_plan, refined, top_speed
+from .plan import Plan, bucket, plan as make_plan, refined, top_speed, unresolved
 from .progress import meter, progress_bar
 from .response import Response, RunInfo
 from .state import State, to_flat
@@ -92,7 +92,7 @@ def simulate(
     refuse_sampled_whirl(initial, grid is not None)
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
 
-    def run(solver, info, numbers, bar):
+    def run(solver, info, settings, bar):
         began = time.perf_counter()
         fine = count if grid is None else (count - 1) * grid.refine + 1
         expected = None if info.substeps is None else count * info.substeps
@@ -104,7 +104,7 @@ def simulate(
                 speed,
                 solver,
                 interval,
-                numbers,
+                settings,
                 count,
                 fixed,
                 adjoint,
@@ -130,23 +130,26 @@ def simulate(
             sized = with_substeps(solver, chosen)
             info = planned(sized, chosen, sample_rate, words)
             response, checks = run(sized, info, jnp.asarray([chosen.speed]), progress)
+            if concrete and unresolved(machine, chosen, 1.0 / sample_rate):
+                error = jnp.maximum(response.info.error, 1.0)
+                response = eqx.tree_at(lambda r: r.info.error, response, error)
             if not concrete or step is not None:
                 break
             faster = speed_beyond(response, chosen.top_speed)
-            if (
-                faster is not None
-            ):  # a line that no drive holds found a speed of its own: plan for that
+            error = float(numbers(response.info.error))
+            if faster is not None:
+                # a line that no drive holds found a speed of its own: plan for that
                 chosen = make_plan(machine, t_end, sample_rate, faster, order=chosen.order)
-            elif chosen.tolerance < float(response.info.error) < float("inf"):
-                chosen = refined(chosen, float(response.info.error))
+            elif chosen.tolerance < error < float("inf"):
+                chosen = refined(chosen, error)  # something moved that no pilot saw
             else:
                 break
     else:
         if isinstance(step, Plan):
             raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
         info = RunInfo(type(solver).__name__, initial=words, step=step)
-        numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
-        response, checks = run(solver, info, numbers, progress)
+        settings = jnp.asarray([rtol, atol, 0.0 if step is None else step])
+        response, checks = run(solver, info, settings, progress)
     if concrete and is_concrete(response.y):
         judge(response, initial, checks)
         tell_error(response.info)
@@ -208,7 +211,7 @@ def _run(
     speed,
     solver,
     interval,
-    numbers,
+    settings,
     count,
     fixed,
     adjoint,
@@ -226,16 +229,16 @@ def _run(
         A, balanced = solver.linear_part, assemble(machine, nominal=True)
         by_speed = None
         if A is None and judged:
-            speeds = jnp.stack([numbers[0], 0.0])
+            speeds = jnp.stack([settings[0], 0.0])
             A, rest = jax.vmap(lambda w: jacobian(balanced, w))(speeds)
-            turning = numbers[0] != 0.0
-            by_speed = jnp.where(turning, (A - rest) / jnp.where(turning, numbers[0], 1.0), 0.0)
+            turning = settings[0] != 0.0
+            by_speed = jnp.where(turning, (A - rest) / jnp.where(turning, settings[0], 1.0), 0.0)
         elif A is None:
-            A = jacobian(balanced, numbers[0])
+            A = jacobian(balanced, settings[0])
         elif judged:
             by_speed = jnp.zeros_like(A)
         if by_speed is not None:
-            by_speed = (by_speed, numbers[0])
+            by_speed = (by_speed, settings[0])
         y = march_samples(
             solver, A, terms, samples, jumps, y0, system, every, ticking, judge=by_speed
         )
@@ -243,8 +246,8 @@ def _run(
         steps = jnp.asarray((count - 1) * solver.substeps)
     else:
         error = None
-        relative, absolute = tolerances(system, numbers[0], numbers[1])
-        length = numbers[2] if fixed else None
+        relative, absolute = tolerances(system, settings[0], settings[1])
+        length = settings[2] if fixed else None
         y, steps = adaptive_samples(
             solver,
             terms,
