@@ -19,10 +19,10 @@ def runs(machine, t_end, rate, steps, initial="static"):
         yield jr.simulate(machine, t_end, rate, initial, step=1 / rate / n)
 
 
-def tells(run, found, exact, factor):
-    """The estimate is the true error, as part of the peak, within `factor` either way."""
+def tells(run, found, exact, below, above=None):
+    """The estimate is the true error, as part of the peak, within the factors `below` and `above`."""
     true = np.max(np.max(np.abs(found - exact), axis=0) / np.max(np.abs(exact), axis=0))
-    assert true / factor < run.stats["error"] < factor * true
+    assert true / below < run.stats["error"] < (above or below) * true
     if "pilot_error" in run.stats and run.stats["pilot_error"] >= 0:  # by the plan
         assert run.stats["error"] < TOLERANCE and true < TOLERANCE
 
@@ -73,7 +73,8 @@ def test_loads_faster_than_the_spin_are_followed():
         t, lateral = np.asarray(run.t), (np.sqrt(1e5), 2.5, 5.0)
         exact = [vibration(t, *lateral, q[axis]) for axis in "xy"]
         exact.append(vibration(t, np.sqrt(900 / 0.04), 0.05 / 0.08, 10 / 0.04, q["phi"]))
-        tells(run, np.asarray(run["disc"].position)[:, [0, 1, 5]], np.stack(exact, axis=1), 10)
+        # on the safe side: of what swings five times between samples the sense is not told
+        tells(run, np.asarray(run["disc"].position)[:, [0, 1, 5]], np.stack(exact, axis=1), 3, 300)
 
 
 def test_an_unbalanced_rotor_through_its_criticals():

@@ -17,8 +17,8 @@ from ..machine.system import assemble
 from ..machine.wiring import FIXED
 from ..parameter import is_concrete, known, numbers
 from ..protocol import AbstractPrescribed
-from .equilibrium import refuse_unbalanced
 from .blame import not_finite
+from .equilibrium import refuse_unbalanced
 from .response import Response, RunInfo
 from .state import State
 
