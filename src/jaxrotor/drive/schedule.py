@@ -84,9 +84,10 @@ class Ramp(AbstractSchedule):
 
 
 class Table(AbstractSchedule):
-    """`values` given at `times` (s, increasing), joined by a monotone cubic, constant outside.
+    """`values` given at `times` (s, increasing), joined by a monotone cubic, held at its first and last
+    value outside.
 
-    Source: see `monotone`. The curve has no kink, so a long table costs no restarts.
+    Source: see `monotone`. Between its ends the curve has no kink, so a long table costs no restarts.
     """
 
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))

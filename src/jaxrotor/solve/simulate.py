@@ -94,9 +94,8 @@ def simulate(
 
     def run(solver, info, settings, bar):
         began = time.perf_counter()
-        fine = count if grid is None else (count - 1) * grid.refine + 1
         expected = None if info.substeps is None else count * info.substeps
-        with progress_bar(fine, expected, bar if concrete else False) as every:
+        with progress_bar(count, expected, bar if concrete else False) as every:
             fixed = step is not None
             y, steps, checks, error = _run(
                 machine,
@@ -327,8 +326,9 @@ def march_samples(
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
-    found = march(solver, terms, at, y0, system, state, every, ticks, watch)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
+    told = at._replace(samples=wanted)  # progress counts these
+    found = march(solver, terms, told, y0, system, state, every, ticks, watch)
     if judge is not None:
         y, defects = found
         step = (samples[1] - samples[0]) / solver.substeps
