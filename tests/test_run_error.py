@@ -152,3 +152,18 @@ def test_a_law_that_is_not_finite_is_named(reach, raised):
     with pytest.raises(raised, match="`wall`: .* is not finite .*mend its law") as found:
         jr.simulate(machine, 0.1, 1000.0, step=1e-3 if reach > 0 else None)
     assert "smaller step" not in str(found.value)
+
+
+def test_leaving_a_table_is_said_once():
+    torque = jr.SpeedTorque([0.0, 10.0], [4.0, 1.0])
+    machine = jr.Machine.in_line(
+        {"disc": jr.Rotor(1.0, 0.01, 0.006)}, attachments={"motor": (torque, "disc")}
+    )
+    with pytest.warns(UserWarning, match="`motor`: its table ends at 0 and 10 rad/s") as told:
+        run = jr.simulate(machine, 0.1, 1000.0, "undeformed", step=1e-3)
+    assert len(told) == 1 and f"goes to {np.max(run['disc'].speed):.6g} rad/s" in str(told[0].message)
+    # a straight line between two rows, then held: J w' = 4 - 0.3 w up to 10 rad/s
+    at = np.log(4.0) / 30.0
+    t = np.asarray(run.t)
+    exact = np.where(t < at, (1 - np.exp(-30.0 * np.minimum(t, at))) * 40 / 3, 10 + 100 * (t - at))
+    np.testing.assert_allclose(run["disc"].velocity[:, 5], exact, rtol=2e-4, atol=1e-9)

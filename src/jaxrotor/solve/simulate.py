@@ -34,6 +34,7 @@ from .knots import knots
 from .march import march
 from .plan import Plan, bucket, plan as make_plan, refined, top_speed, unresolved
 from .progress import meter, progress_bar
+from .ranges import tell_ranges
 from .response import Response, RunInfo
 from .state import State, to_flat
 from .steady import steady_whirl
@@ -152,6 +153,7 @@ def simulate(
     if concrete and is_concrete(response.y):
         judge(response, initial, checks)
         tell_error(response.info)
+        tell_ranges(response)
     return response
 
 
