@@ -161,7 +161,9 @@ def test_leaving_a_table_is_said_once():
     )
     with pytest.warns(UserWarning, match="`motor`: its table ends at 0 and 10 rad/s") as told:
         run = jr.simulate(machine, 0.1, 1000.0, "undeformed", step=1e-3)
-    assert len(told) == 1 and f"goes to {np.max(run['disc'].speed):.6g} rad/s" in str(told[0].message)
+    assert len(told) == 1 and f"goes to {np.max(run['disc'].speed):.6g} rad/s" in str(
+        told[0].message
+    )
     # a straight line between two rows, then held: J w' = 4 - 0.3 w up to 10 rad/s
     at = np.log(4.0) / 30.0
     t = np.asarray(run.t)

@@ -217,12 +217,13 @@ def _given_jumps(ground, motions) -> Float[Array, " n"]:
     return jnp.concatenate([jnp.zeros(0), *parts, *(motion.jumps() for motion in motions)])
 
 
-# What instants of different elements differ by at least, in spacings of floats.
-_GAP = 16
+# What instants of different elements differ by at least, in spacings of floats: adaptive solvers come out of
+# a shorter interval by so many ever longer steps that rounding spoils the derivative.
+_GAP = 4096
 
 
 def _apart(actors: list[Actor], given: Float[Array, " n"]) -> list[Actor]:
-    """Elements that jump at one instant are made to jump one after another, some 1e-15 s apart.
+    """Elements that jump at one instant are made to jump one after another, 1e-12 of the time apart.
 
     The derivative by an instant is what its own element's jump does: seen together, the jumps of two
     elements could not be told apart.

@@ -18,6 +18,7 @@ from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
 from ..parameter import is_concrete, numbers
+from ..protocol import AbstractPrescribed
 from .blame import not_finite
 from .error import share_of_peaks
 from .exponential import ExponentialAdams
@@ -135,7 +136,11 @@ def top_frequency(machine: Machine) -> Float[Array, ""]:
 
 
 def _instants(machine: Machine, when: float, t_end: float) -> np.ndarray:
-    """Of the pilots: `when`, and behind some of the jumps."""
+    """Of the pilots: `when`, and behind some of the jumps. (Two drives stand apart by what one has run ahead
+    of the other: a pilot, which begins undeformed, has no sense there.)"""
+    drives = sum(isinstance(station, AbstractPrescribed) for station in machine.stations)
+    if drives + len(machine.motions) > 1:
+        return np.array([when])
     jumps = np.unique(np.asarray(_jumps(machine)))
     jumps = jumps[(jumps > 0) & (jumps < t_end)]
     some = np.unique(np.linspace(0, jumps.size - 1, _PILOTS - 1).astype(int)) if jumps.size else []
@@ -174,8 +179,13 @@ def _pilot(machine, instants, interval, substeps, top, order: int) -> Float[Arra
     """
     if instants.ndim == 0:
         return _pilot_at(machine, instants, interval, substeps, top, order)
+    # the last at top speed, the others at the drive's own there
+    own = jnp.abs(jax.vmap(lambda t: assemble(machine).reference(t)[1])(instants))
+    speeds = jnp.where(own > 0, own, top).at[-1].set(top)
     return jnp.max(
-        jax.lax.map(lambda t: _pilot_at(machine, t, interval, substeps, top, order), instants)
+        jax.lax.map(
+            lambda x: _pilot_at(machine, x[0], interval, substeps, x[1], order), (instants, speeds)
+        )
     )
 
 
