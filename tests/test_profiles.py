@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from helpers import assert_derivatives_agree
 from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
 
 import jaxrotor as jr
 from jaxrotor.drive.motion import differentiate
 
 TIMES, SPEEDS = (0.2, 0.5, 0.9, 1.0, 1.8, 2.5), (10.0, 40.0, 45.0, 45.0, 30.0, 80.0)
+PCHIP = PchipInterpolator(TIMES, SPEEDS)
 
-# profile, its speed as anybody would write it (or None), where its acceleration jumps or kinks
+# profile, its speed as anybody would write it, where its acceleration jumps or kinks
 PROFILES = {
     "constant": (jr.ConstantSpeed(-7.0), lambda t: -7.0, []),
     "cosine": (
@@ -32,7 +34,11 @@ PROFILES = {
         lambda t: 60 - 80 / 1.5 * np.clip(t, 0, 1.5),
         [0.0, 1.5],
     ),
-    "table": (jr.SpeedTable(TIMES, SPEEDS), None, []),
+    "table": (
+        jr.SpeedTable(TIMES, SPEEDS),
+        lambda t: PCHIP(np.clip(t, TIMES[0], TIMES[-1])),
+        [0.2, 2.5],
+    ),
 }
 each_profile = pytest.mark.parametrize("name", PROFILES)
 
@@ -52,8 +58,7 @@ def test_position_is_the_integral_of_the_speed(name):
     profile, speed, jumps = PROFILES[name]
     times = np.concatenate([np.linspace(-0.5, 3.1, 37), TIMES, [0.0, 1.5, 2.0]])
     p, v, a = motion(profile, times)
-    if speed is not None:
-        np.testing.assert_allclose(v, [speed(t) for t in times], rtol=1e-13, atol=1e-12)
+    np.testing.assert_allclose(v, [speed(t) for t in times], rtol=1e-12, atol=1e-12)
     position = jax.jit(lambda t: profile.position(t))
     rate = jax.jit(jax.grad(lambda t: profile.position(t)))
     origin = float(position(0.0))
@@ -106,8 +111,19 @@ def test_table_is_met_monotone_and_smooth():
         assert np.all(inside >= min(w0, w1) - 1e-9) and np.all(inside <= max(w0, w1) + 1e-9)
         steps = np.diff(inside) * np.sign(w1 - w0)
         assert np.all(steps >= -1e-9)  # it never turns back between two rows
-    assert np.max(np.abs(np.diff(a))) < 5.0  # continuous: one step of a dense grid moves it little
+    # continuous inside: one step of a dense grid moves it little
+    between = a[(dense > TIMES[0]) & (dense < TIMES[-1])]
+    assert np.max(np.abs(np.diff(between))) < 5.0
     assert np.max(np.abs(a)) > 100
+
+
+def test_two_rows_are_a_linear_ramp():
+    table, ramp = jr.SpeedTable([0.0, 3.5], [50.0, 500.0]), jr.LinearRamp(500.0, 3.5, 50.0)
+    for found, wanted in zip(
+        motion(table, np.linspace(-0.1, 4, 83)), motion(ramp, np.linspace(-0.1, 4, 83))
+    ):
+        np.testing.assert_allclose(found, wanted, rtol=1e-13, atol=1e-12)
+    assert float(jax.jvp(table.position, (1.0,), (1.0,))[1]) == pytest.approx(50 + 450 / 3.5)
 
 
 @pytest.mark.parametrize("name", ["cosine", "linear", "table"])

@@ -105,7 +105,7 @@ def test_march_is_diffeqsolve(solver):
     ts = jnp.linspace(0.0, 2.0, 41)
     terms, y0 = diffrax.ODETerm(stiff_field), jnp.array([1.0, 1.0])
     state = solver.init(terms, ts[0], ts[1], y0, None)
-    ours = march(solver, terms, ts, jnp.zeros(41, bool), y0, None, state)
+    ours = march(solver, terms, knots(ts, jnp.zeros(0)), y0, None, state)
     theirs = solve(solver, 40, saveat=diffrax.SaveAt(t0=True, steps=True)).ys[:41]
     np.testing.assert_allclose(ours, theirs, rtol=1e-12)
 
@@ -129,7 +129,7 @@ def test_jump_off_the_grid_keeps_the_order(order):
         solver = jr.ExponentialAdams(order, 1, jnp.array([[-0.5]]), at.lengths)
         terms, y0 = diffrax.ODETerm(field), jnp.ones(1)
         state = solver.init(terms, samples[0], samples[1], y0, None)
-        y = march(solver, terms, at.times, at.jumps, y0, None, state)[at.samples]
+        y = march(solver, terms, at, y0, None, state)[at.samples]
         return np.abs(np.asarray(y)[:, 0] - exactly(np.asarray(samples))).max()
 
     coarse, fine = run(40, True), run(80, True)
@@ -144,9 +144,21 @@ def test_knots_with_several_jumps_in_one_interval_and_outside():
     assert np.all(np.diff(times) >= 0)
     np.testing.assert_array_equal(times[np.asarray(at.samples)], samples)
     assert times[0] == 0.0 and times[-1] == samples[-1]
-    for jump in (0.2, 0.21, 0.25):
-        behind = times[np.asarray(at.jumps)]
-        assert np.any(behind == np.nextafter(jump, 1)) and np.any(times == np.nextafter(jump, 0))
+    pieces, jumps = np.asarray(at.piece), np.sort([0.2, 0.21, 0.25])
+    np.testing.assert_array_equal(times[np.asarray(at.jumps)], [0.0, *jumps, times[-1]])
+    own = np.asarray(at.which) > 0
+    for i, (start, end) in enumerate(zip(times[:-1], times[1:])):
+        # no interval sees both sides of a jump, nor the jump, though it end on it
+        first, last = pieces[i]
+        assert not np.any((first <= jumps) & (jumps <= last))
+        if start < end:
+            assert first <= max(
+                np.nextafter(start, 1), np.finfo(float).tiny
+            ) and last >= np.nextafter(end, 0)
+        # and what touches one has weights of its own
+        assert own[i] == (at.jumps[i] or at.jumps[i + 1])
+        if own[i]:
+            assert at.lengths[at.which[i] - 1] == end - start
 
 
 def test_both_modes_of_differentiation():
@@ -157,7 +169,7 @@ def test_both_modes_of_differentiation():
         terms = diffrax.ODETerm(stiff_field)
         ts, y0 = jnp.linspace(0.0, 1.0, 81), jnp.stack([jnp.ones(()), c])
         state = solver.init(terms, ts[0], ts[1], y0, None)
-        return march(solver, terms, ts, jnp.zeros(81, bool), y0, None, state)[-1, 1]
+        return march(solver, terms, knots(ts, jnp.zeros(0)), y0, None, state)[-1, 1]
 
     # y2 = 1/(1/c + sin t)
     want = 1 / (1 / 0.7 + np.sin(1.0)) ** 2 / 0.7**2

@@ -265,6 +265,7 @@ from .protocol import (
     Sampled as Sampled,
     Signalling as Signalling,
     Stateful as Stateful,
+    Tabulated as Tabulated,
     Timed as Timed,
 )
 from .solve.equilibrium import static_equilibrium as static_equilibrium

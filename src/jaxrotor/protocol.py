@@ -293,6 +293,15 @@ class Nominal(AbstractElement):
         """The element without what turns with the shaft (unbalance, imperfection)."""
 
 
+class Tabulated(AbstractElement):
+    """Draws on a table over its own motion. Beyond the table's ends the last value is held, and a run that
+    goes there says so."""
+
+    @abc.abstractmethod
+    def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Float[Array, " n"], str]:
+        """What the table is entered with, its rows, and their unit."""
+
+
 class Signalling(AbstractElement):
     """Offers quantities of its own in the results, under their method's name."""
 

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from ..drive.monotone import interpolate, table_faults
 from ..drive.schedule import AbstractSchedule, as_schedule
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Energetic, Motion, Timed, Vec6
+from ..protocol import AbstractAttachment, Energetic, Motion, Tabulated, Timed, Vec6
 
 
 def about_axis(torque) -> tuple[Vec6, ...]:
@@ -62,7 +62,7 @@ class FanLoad(AbstractAttachment):
         return about_axis(-self.coefficient * v[5] * jnp.abs(v[5]))
 
 
-class SpeedTorque(AbstractAttachment):
+class SpeedTorque(AbstractAttachment, Tabulated):
     """A torque given over the speed phi' of its station by a table, constant outside it.
 
     `speeds` (rad/s) increase and may be negative; `torques` in N·m are positive where they drive in
@@ -79,6 +79,9 @@ class SpeedTorque(AbstractAttachment):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         return about_axis(interpolate(self.speeds, self.torques, v[5]))
+
+    def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
+        return motions[0][1][5], self.speeds, "rad/s"
 
 
 class Brake(AbstractAttachment, Energetic, Timed):

@@ -5,7 +5,7 @@ from jaxtyping import Array, Float
 
 from ..drive.monotone import interpolate, table_faults
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Energetic, Linear, Motion, Vec6
+from ..protocol import AbstractAttachment, Energetic, Linear, Motion, Tabulated, Vec6
 
 
 class LinearSupport(AbstractAttachment, Linear, Energetic):
@@ -50,7 +50,7 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
         return q if self.offset is None else q - self.offset
 
 
-class SpeedDependentSupport(AbstractAttachment):
+class SpeedDependentSupport(AbstractAttachment, Tabulated):
     """Holds a station to the ground with coefficients that depend on its speed: a fluid bearing.
 
     The force is `-K(|phi'|) q - C(|phi'|) v`. `speeds` (rad/s) are zero or positive and increase;
@@ -79,9 +79,12 @@ class SpeedDependentSupport(AbstractAttachment):
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         ((q, v),) = motions
-        speed = jnp.abs(v[5])  # no kink: the curves are flat at their lowest speed
+        speed = jnp.abs(v[5])
         k, c = (interpolate(self.speeds, x, speed) for x in (self.stiffness, self.damping))
         return (-(_matrix(k) @ q) - _matrix(c) @ v,)
+
+    def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
+        return jnp.abs(motions[0][1][5]), self.speeds, "rad/s"
 
 
 def _matrix(given: Array) -> Array:

@@ -1,8 +1,9 @@
-"""Monotone cubic through a table, constant outside it: for speeds, load curves and coefficients.
+"""Monotone cubic through a table, held at its end values outside: for speeds, load curves and coefficients.
 
-Between two rows the curve never leaves the band between their values; it is flat at the ends, so
-that it meets the constants outside without a kink. Source: Fritsch & Butland, SIAM J. Sci. Stat.
-Comput. 5 (1984) 300, the three-point formula for the slopes.
+Between two rows the curve never leaves the band between their values; two rows are a straight line.
+It is SciPy's and Matlab's PCHIP: inside, the slopes of Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5
+(1984) 300; at the ends those of the parabola through three rows, kept monotone (Moler, Numerical
+Computing with Matlab, 3.4).
 """
 
 import jax
@@ -12,16 +13,36 @@ from jaxtyping import Array, Float
 
 
 def slopes(x: Float[Array, " n"], y: Float[Array, "n ..."]) -> Float[Array, "n ..."]:
-    """The curve's slope at each row, zero at both ends."""
+    """The curve's slope at each row."""
     h = jnp.diff(x).reshape(-1, *(1,) * (y.ndim - 1))
     d = jnp.diff(y, axis=0) / h
+    if x.shape[0] < 3:
+        return jnp.concatenate([d, d])
     # weighted harmonic mean where neighbours agree in sign, else flat
     w = (h[:-1] + 2 * h[1:]) / (3 * (h[:-1] + h[1:]))
     same = d[:-1] * d[1:] > 0
     bottom = jnp.where(same, w * d[1:] + (1 - w) * d[:-1], 1.0)
     inner = jnp.where(same, d[:-1] * d[1:] / bottom, 0.0)
-    zero = jnp.zeros_like(y[:1])
-    return jnp.concatenate([zero, inner, zero])
+    first, last = end_slope(h[0], h[1], d[0], d[1]), end_slope(h[-1], h[-2], d[-1], d[-2])
+    return jnp.concatenate([first[None], inner, last[None]])
+
+
+def end_slope(h: Array, next_h: Array, d: Array, next_d: Array) -> Array:
+    """Of a parabola through the three last rows, kept monotone: `h` and `d` are the width and secant of the
+    end's interval and of its neighbour."""
+    slope = ((2 * h + next_h) * d - h * next_d) / (h + next_h)
+    turning = (d * next_d < 0) & (jnp.abs(slope) > 3 * jnp.abs(d))
+    return jnp.where(slope * d > 0, jnp.where(turning, 3 * d, slope), 0.0)
+
+
+def ends(x: Float[Array, " n"]) -> Float[Array, "2"]:
+    """First and last row: a table over time kinks there, for it is held outside."""
+    return x[jnp.array([0, -1])]
+
+
+def row_frequency(x: Float[Array, " n"]) -> Float[Array, ""]:
+    """rad/s, for the step to follow a table over time: two fall between the closest rows."""
+    return 0.5 / jnp.min(jnp.diff(x))
 
 
 def row_before(x: Float[Array, " n"], at: Float[Array, ""]) -> Array:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from .monotone import row_before, slopes, table_faults
+from .monotone import ends, row_before, row_frequency, slopes, table_faults
 
 Scalar = Float[Array, ""]
 
@@ -27,6 +27,10 @@ class AbstractMotion(eqx.Module):
     @abc.abstractmethod
     def jumps(self) -> Float[Array, " n"]:
         """Instants at which the acceleration jumps or kinks, s; `jnp.zeros(0)` where none are."""
+
+    def top_frequency(self) -> Float[Array, ""]:
+        """rad/s: the fastest that the acceleration swings between its jumps; the step of a run follows it."""
+        return jnp.zeros(())
 
 
 def differentiate(position, t: Scalar) -> tuple[Array, Array, Array]:
@@ -90,11 +94,11 @@ class LinearRamp(AbstractMotion):
 
 
 class SpeedTable(AbstractMotion):
-    """Speed given at instants, joined by a monotone cubic (Fritsch-Carlson), constant outside.
+    """Speed given at instants, joined by a monotone cubic, held at its first and last value outside them.
 
-    `times` (s) increase strictly; `speeds` in rad/s. The acceleration is continuous inside, so a
-    table of many rows costs no restarts. Source: Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5
-    (1984) 300, the three-point formula for the slopes.
+    `times` (s) increase strictly; `speeds` in rad/s. Two rows are a linear ramp. The acceleration is
+    continuous inside, so a table of many rows costs no restarts; at both ends it jumps to zero. Source: see
+    `monotone`.
     """
 
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
@@ -123,4 +127,7 @@ class SpeedTable(AbstractMotion):
         )
 
     def jumps(self) -> Float[Array, " n"]:
-        return jnp.zeros(0)
+        return ends(self.times)
+
+    def top_frequency(self) -> Float[Array, ""]:
+        return row_frequency(self.times)

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
-from .monotone import interpolate, table_faults
+from .monotone import ends, interpolate, row_frequency, table_faults
 
 Scalar = Float[Array, ""]
 
@@ -26,6 +26,10 @@ class AbstractSchedule(eqx.Module):
     @abc.abstractmethod
     def jumps(self) -> Float[Array, " n"]:
         """Instants at which the quantity jumps or kinks, s."""
+
+    def top_frequency(self) -> Float[Array, ""]:
+        """rad/s: the fastest that it swings between its jumps; the step of a run follows it."""
+        return jnp.zeros(())
 
 
 def as_schedule(value: Any) -> Any:
@@ -70,17 +74,20 @@ class Ramp(AbstractSchedule):
     def value(self, t: Scalar) -> Scalar:
         s = (t - self.start_time) / self.duration
         ramp = self.before + (self.after - self.before) * s
-        # chosen, not clipped: at the very instant a clip has no one derivative
-        return jnp.where(s < 0.0, self.before, jnp.where(s < 1.0, ramp, self.after))
+        # chosen, not clipped: at the very instant a clip has no one derivative; and by the instants that
+        # `jumps` lists, for `s` may round to 1 before them
+        begin, end = self.jumps()
+        return jnp.where(t < begin, self.before, jnp.where(t < end, ramp, self.after))
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.stack([self.start_time, self.start_time + self.duration])  # kinks
 
 
 class Table(AbstractSchedule):
-    """`values` given at `times` (s, increasing), joined by a monotone cubic, constant outside.
+    """`values` given at `times` (s, increasing), joined by a monotone cubic, held at its first and last
+    value outside.
 
-    Source: see `monotone`. The curve has no kink, so a long table costs no restarts.
+    Source: see `monotone`. Between its ends the curve has no kink, so a long table costs no restarts.
     """
 
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
@@ -93,7 +100,10 @@ class Table(AbstractSchedule):
         return interpolate(self.times, self.values, t)
 
     def jumps(self) -> Float[Array, " n"]:
-        return jnp.zeros(0)
+        return ends(self.times)
+
+    def top_frequency(self) -> Float[Array, ""]:
+        return row_frequency(self.times)
 
 
 class PulseTrain(AbstractSchedule):
@@ -158,6 +168,9 @@ class Harmonic(AbstractSchedule):
     def jumps(self) -> Float[Array, " n"]:
         return jnp.zeros(0)
 
+    def top_frequency(self) -> Float[Array, ""]:
+        return jnp.max(jnp.abs(self.frequencies * (self.amplitudes != 0)), initial=0.0)
+
 
 class Impulse(AbstractSchedule):
     """A half sine from `time` (s) for `duration` (s) with the area `impulse`: N·m·s for a torque,
@@ -170,7 +183,8 @@ class Impulse(AbstractSchedule):
     def value(self, t: Scalar) -> Scalar:
         s = (t - self.time) / self.duration
         pulse = 0.5 * jnp.pi * self.impulse / self.duration * jnp.sin(jnp.pi * s)
-        return jnp.where((s > 0.0) & (s < 1.0), pulse, 0.0)
+        begin, end = self.jumps()  # as `Ramp` does
+        return jnp.where((t >= begin) & (t < end), pulse, 0.0)
 
     def jumps(self) -> Float[Array, " n"]:
         return jnp.stack([self.time, self.time + self.duration])  # kinks

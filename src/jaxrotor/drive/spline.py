@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..parameter import parameter
-from .monotone import row_before, table_faults
+from .monotone import ends, row_before, row_frequency, table_faults
 from .motion import AbstractMotion, Scalar
 
 # Thinned, a spline may leave the smoothing one by this part of the noise that it took out.
@@ -62,7 +62,10 @@ class SpeedSpline(AbstractMotion):
         )
 
     def jumps(self) -> Float[Array, " n"]:
-        return self.times[jnp.array([0, -1])]
+        return ends(self.times)
+
+    def top_frequency(self) -> Float[Array, ""]:
+        return row_frequency(self.times)
 
     @classmethod
     def smoothed(cls, times: Any, speeds: Any, lam: float | None = None) -> "SpeedSpline":

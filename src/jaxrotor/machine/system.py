@@ -21,11 +21,15 @@ Reference = tuple[Array, Array, Array]
 
 
 class Actor(eqx.Module):
-    """Stacked elements with a force law (or states) of their own, and the nodes of each end."""
+    """Stacked elements with a force law (or states) of their own, and the nodes of each end.
+
+    `late`: how far the clock of each runs behind the machine's, s (see `_apart`).
+    """
 
     element: Any
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     states: tuple[int, int] = eqx.field(static=True)  # first and last+1 row among internal states
+    late: Float[Array, " members"] | None = None
 
     def call(self, method: str, *args, **kwargs):
         """`element.method(...)` mapped over the stack, which is the last axis everywhere."""
@@ -150,6 +154,7 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
         rows.append((first, first + count))
         first += count
     ground = tuple(machine.stations[i] for i in layout.ground)
+    actors = _apart(actors, _given_jumps(ground, machine.motions))
     return System(
         layout,
         tuple(rows),
@@ -197,12 +202,55 @@ def _assemble_linear(layout: Layout, parts, turn) -> tuple[Array, Array, Array]:
     return moving, whole, spin
 
 
-def jump_times(machine: Machine) -> Float[Array, " n"]:
+def jump_times(system: System) -> Float[Array, " n"]:
     """Every instant at which some element's force jumps, unsorted."""
-    parts = [
-        part.times().ravel()
-        for part in (*machine.stations, *machine.connectors)
-        if isinstance(part, Timed)
-    ]
-    parts += [motion.jumps() for motion in machine.motions]
-    return jnp.concatenate([jnp.zeros(0), *parts])
+    parts = [jnp.zeros(0), _given_jumps(system.ground, system.motions)]
+    for actor in system.actors:
+        if isinstance(actor.element, Timed):
+            times = actor.call("times")
+            parts.append((times if actor.late is None else times + actor.late).ravel())
+    return jnp.concatenate(parts)
+
+
+def _given_jumps(ground, motions) -> Float[Array, " n"]:
+    parts = [end.times() for end in ground if isinstance(end, Timed)]
+    return jnp.concatenate([jnp.zeros(0), *parts, *(motion.jumps() for motion in motions)])
+
+
+# What instants of different elements differ by at least, in spacings of floats: adaptive solvers come out of
+# a shorter interval by so many ever longer steps that rounding spoils the derivative.
+_GAP = 4096
+
+
+def _apart(actors: list[Actor], given: Float[Array, " n"]) -> list[Actor]:
+    """Elements that jump at one instant are made to jump one after another, 1e-12 of the time apart.
+
+    The derivative by an instant is what its own element's jump does: seen together, the jumps of two
+    elements could not be told apart.
+    """
+    timed = [i for i, actor in enumerate(actors) if isinstance(actor.element, Timed)]
+    times = {i: actors[i].call("times") for i in timed}
+    timed = [i for i in timed if times[i].size]
+    if not timed or (len(timed) == 1 and times[timed[0]].shape[-1] == 1 and not given.size):
+        return actors
+    owner, count = [np.zeros(given.size, int)], 1
+    for i in timed:
+        members = times[i].shape[-1]
+        owner.append(np.broadcast_to(count + np.arange(members), times[i].shape).ravel())
+        count += members
+    owner = np.concatenate(owner)
+    every = jnp.concatenate([given, *(times[i].ravel() for i in timed)])
+    every = jax.lax.stop_gradient(every)
+    size = jnp.max(jnp.where(jnp.isfinite(every), jnp.abs(every), 0.0))
+    gap = _GAP * jnp.exp2(jnp.ceil(jnp.log2(jnp.maximum(size, 1e-3))) - 53)
+    close = (jnp.abs(every[:, None] - every) < gap) & (owner[:, None] != owner)
+    tied = jnp.zeros(count, bool).at[owner].max(jnp.any(close, axis=1))
+    late = jnp.where(tied, gap * jnp.arange(count), 0.0)
+    actors, first = list(actors), 1
+    for i in timed:
+        members = times[i].shape[-1]
+        actors[i] = Actor(
+            actors[i].element, actors[i].nodes, actors[i].states, late[first : first + members]
+        )
+        first += members
+    return actors

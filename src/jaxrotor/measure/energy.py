@@ -109,7 +109,7 @@ def _audit(machine, initial, speed, solver, interval, count, number, grid) -> En
         dy, ev = watched_field(t, y[:d], system)
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
-    samples, jumps = jnp.arange(count) * interval, jump_times(machine)
+    samples, jumps = jnp.arange(count) * interval, jump_times(system)
     ticking = None if grid is None else Ticking(grid, system, count, d)
     terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
     if solver is None:

@@ -66,7 +66,8 @@ def adaptive_samples(
         controller = diffrax.ConstantStepSize()
     if jumps.size:
         if step is not None:  # only an adaptive controller can be made to land on the jumps
-            controller = diffrax.PIDController(rtol=0.0, atol=1e300, dtmax=step)
+            # back to the full step at once: a step grown from a short one has that one's derivative, enlarged
+            controller = diffrax.PIDController(0.0, 1e300, dtmax=step, factormax=1e30)
         inside = (jumps > samples[0]) & (jumps < samples[-1])
         controller = diffrax.ClipStepSizeController(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))

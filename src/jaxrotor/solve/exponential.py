@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .defect import Defect
 from .weights import (
     STAGES,
     AdamsWeights,
@@ -34,10 +35,12 @@ Vector = Float[Array, " d"]
 
 
 class Memory(eqx.Module):
-    """What a step hands on to the next: `history` holds N, newest first, `filled` of it."""
+    """What a step hands on to the next: `history` holds N, newest first, `filled` of it; `defect` where the
+    run is judged."""
 
     history: Float[Array, " mk"] | None = None
     filled: Any = None
+    defect: Defect | None = None
 
 
 class _State(eqx.Module):
@@ -71,16 +74,16 @@ def _remainder(terms, A, args, exact_rows: int) -> Callable:
     return N
 
 
-def _choose(weights: Array, lengths, length) -> tuple[Array, Array]:
-    """The weights prepared for the nearest length, and whether it is that length."""
+def _nearest(lengths, length) -> tuple[Array, Array]:
+    """Which of the prepared lengths is nearest, and whether it is that length."""
     gap = jnp.abs(lengths - length)
     i = jnp.argmin(gap)
     fits = gap[i] <= _LENGTH_TOLERANCE * jnp.max(jnp.abs(lengths)) + 1e-14
-    return weights[i], fits
+    return i, fits
 
 
-def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Vector]:
-    """The state after one step of ETD4RK, and N at its start."""
+def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Float[Array, "4 m"]]:
+    """The state after one step of ETD4RK, and N at its stages."""
 
     m = (weights.shape[2] - y.size) // 4
 
@@ -90,7 +93,13 @@ def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Vector]
         return jax.lax.dynamic_update_slice(values, value, (y.size + i * m,)), None
 
     values, _ = jax.lax.scan(stage, jnp.concatenate([y, jnp.zeros(4 * m)]), jnp.arange(4))
-    return weights[4] @ values, values[y.size : y.size + m]
+    return weights[4] @ values, values[y.size :].reshape(4, m)
+
+
+def _flow(weights: Float[Array, "d dkm"], k: int) -> tuple[Array, Array]:
+    """From weights of (y, N, ..., N): those of all k together are what a constant N has."""
+    d = weights.shape[0]
+    return weights[:, :d], weights[:, d:].reshape(d, k, -1).sum(axis=1)
 
 
 def _result(ok) -> diffrax.RESULTS:
@@ -106,13 +115,19 @@ class AbstractExponential(diffrax.AbstractSolver):
     """What both methods share: a step as diffrax wants it, around the bare one."""
 
     @abc.abstractmethod
+    def flow(self, state: _State) -> tuple[Float[Array, "d d"], Float[Array, "d m"]]:
+        """`e^(hA)` and `h φ_1(hA)` of a regular step."""
+
+    @abc.abstractmethod
     def advance(
-        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump
-    ) -> tuple[Vector, Memory, Array]:
-        """The state at t1, what to remember, and whether weights for this length were at hand."""
+        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump, which
+    ) -> tuple[Vector, Memory]:
+        """The state at t1 and what to remember. `which` of the prepared lengths the step has: two of one
+        length may follow different parameters, so the length itself does not say."""
 
     def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
-        y1, memory, fits = self.advance(terms, t0, t1, y0, args, solver_state, made_jump)
+        which, fits = _nearest(solver_state.lengths, t1 - t0)
+        y1, memory = self.advance(terms, t0, t1, y0, args, solver_state, made_jump, which)
         state = eqx.tree_at(lambda s: s.memory, solver_state, memory)
         return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
 
@@ -155,17 +170,26 @@ class ETD4RK(AbstractExponential):
         starting = _prepare(A, lengths, self.substeps, self.exact_rows)
         return _State(A, lengths, starting, None, Memory())
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
-        weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+    def flow(self, state: _State):
+        return _flow(state.starting[0, 4], 4)
+
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
+        weights = state.starting[which]
         h = (t1 - t0) / self.substeps
 
         N = _remainder(terms, state.A, args, self.exact_rows)
 
-        def one(y, i):
-            return _runge_kutta(N, weights, t0 + i * h, h, y)[0], None
+        defect = state.memory.defect
+        if defect is not None:
+            defect = defect.afresh(made_jump | (which != 0))
 
-        y1, _ = jax.lax.scan(one, y0, jnp.arange(self.substeps))
-        return y1, Memory(), fits
+        def one(carry, i):
+            y, defect = carry
+            y, stages = _runge_kutta(N, weights, t0 + i * h, h, y)
+            return (y, None if defect is None else defect.runge_kutta(stages)), None
+
+        (y1, defect), _ = jax.lax.scan(one, (y0, defect), jnp.arange(self.substeps))
+        return y1, Memory(defect=defect)
 
 
 class ExponentialAdams(AbstractExponential):
@@ -225,7 +249,10 @@ class ExponentialAdams(AbstractExponential):
             ),
         )
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump):
+    def flow(self, state: _State):
+        return _flow(state.adams.predict, self.order_)  # pyright: ignore
+
+    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
         h = (t1 - t0) / self.substeps
         m = y0.size - self.exact_rows
         N = _remainder(terms, state.A, args, self.exact_rows)
@@ -234,45 +261,56 @@ class ExponentialAdams(AbstractExponential):
             return jnp.concatenate([value, history[:-m]])
 
         filled = jnp.where(made_jump, 0, state.memory.filled)
-        regular = jnp.abs(t1 - t0 - state.lengths[0]) <= _LENGTH_TOLERANCE * state.lengths[0]
+        regular = which == 0
 
         # `history` holds N at the steps before t0, newest first; each step adds its own start
-        def multistep(y, history):
+        def multistep(y, history, defect):
             ahead = extrapolation(self.order_)
             # a loop costs a small machine a fifth of its time; in a large one it hides behind the products
             unroll = self.substeps <= 4 and y0.size <= _SMALL
 
             def one(carry, i):
-                y, history = carry
+                y, history, defect = carry
                 t = t0 + i * h
-                history = push(history, N(t, y))
+                value = N(t, y)
+                history = push(history, value)
                 predicted = state.adams.predict @ jnp.concatenate([y, history])  # pyright: ignore
                 expected = ahead @ history.reshape(self.order_, m)
-                y = predicted + state.adams.correct @ (N(t + h, predicted) - expected)  # pyright: ignore
-                return (y, history), None
+                ahead_of = N(t + h, predicted)
+                y = predicted + state.adams.correct @ (ahead_of - expected)  # pyright: ignore
+                if defect is not None:
+                    defect = defect.adams(self.order_, value, ahead_of, expected)
+                return (y, history, defect), None
 
-            (y, history), _ = jax.lax.scan(
-                one, (y, history), jnp.arange(self.substeps), unroll=unroll
+            (y, history, defect), _ = jax.lax.scan(
+                one, (y, history, defect), jnp.arange(self.substeps), unroll=unroll
             )
-            return y, history, filled, jnp.array(True)
+            return y, history, filled, defect
 
-        def start(y, history):
-            weights, fits = _choose(state.starting, state.lengths, t1 - t0)
+        def start(y, history, defect):
+            weights = state.starting[which]
             short = h / START_REFINEMENT
 
             def fine(carry, i):
-                y, history = carry
+                y, history, defect = carry
                 t = t0 + i * short
-                new, n1 = _runge_kutta(N, weights, t, short, y)
-                history = jnp.where(i % START_REFINEMENT == 0, push(history, n1), history)
-                return (new, history), None
+                new, stages = _runge_kutta(N, weights, t, short, y)
+                history = jnp.where(i % START_REFINEMENT == 0, push(history, stages[0]), history)
+                return (new, history, None if defect is None else defect.runge_kutta(stages)), None
 
-            (y, history), _ = jax.lax.scan(
-                fine, (y, history), jnp.arange(self.substeps * START_REFINEMENT)
+            defect = None if defect is None else defect.afresh()
+            (y, history, defect), _ = jax.lax.scan(
+                fine, (y, history, defect), jnp.arange(self.substeps * START_REFINEMENT)
             )
-            return y, history, jnp.where(regular, filled + self.substeps, 0), fits
+            defect = None if defect is None else defect.afresh()
+            return y, history, jnp.where(regular, filled + self.substeps, 0), defect
 
-        y1, history, filled, fits = jax.lax.cond(
-            (filled >= self.order_ - 1) & regular, multistep, start, y0, state.memory.history
+        y1, *memory = jax.lax.cond(
+            (filled >= self.order_ - 1) & regular,
+            multistep,
+            start,
+            y0,
+            state.memory.history,
+            state.memory.defect,
         )
-        return y1, Memory(history, filled), fits
+        return y1, Memory(*memory)

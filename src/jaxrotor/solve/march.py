@@ -17,14 +17,14 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from .exponential import AbstractExponential
+from .knots import Knots, held_within
 from .progress import report
 
 
 def march(
     solver: AbstractExponential,
     terms: diffrax.AbstractTerm,
-    knots: Float[Array, " n"],
-    jumps: Bool[Array, " n"],
+    knots: Knots,
     y0: Float[Array, " d"],
     args: Any,
     state: Any,
@@ -34,39 +34,51 @@ def march(
 ) -> Any:
     """The states at the `knots`, the first being `y0`.
 
-    `jumps[i]` says that the force jumps at `knots[i]`, so that the step from there starts afresh.
-    `state` is what the solver's `init` gave; only its memory is carried, for in reverse mode each carried
-    array is kept at every step. A progress bar is told of `every` so many steps. `ticks`: what changes
-    the state at knots where some clock is due, and when each is; what is returned is the state behind it.
+    Where the force jumps the step starts afresh, and no step looks at the force beyond its own side of a
+    jump. `state` is what the solver's `init` gave; only its memory is carried, for in reverse mode each
+    carried array is kept at every step. Where it holds a `Defect`, those of the intervals are returned with
+    the states, (n-1, m). Progress is told of `every` so many samples. `ticks`: what changes the state at
+    knots where some clock is due, and when each is; what is returned is the state behind it.
     `watch`: what is kept of a block of instants and states, of all of them in turn, in place of the states;
     then only the states between blocks are held, and in reverse mode two levels of them.
     """
-    due = None
+    judged = state.memory.defect is not None
+    due, times, jumps = None, knots.times, knots.jumps
     if ticks is not None:
         tick, due = ticks
-        y0 = tick(knots[0], y0, due[0])
+        y0 = tick(times[0], y0, due[0])
         jumps = jumps | jnp.any(due, axis=1)
 
     @jax.checkpoint
     def body(carry, x):
         y, memory = carry
-        t0, t1, jump, i, now = x
+        t0, t1, jump, i, which, piece, now = x
         if every:
             report(i, every)
         begun = eqx.tree_at(lambda s: s.memory, state, memory)
-        y, memory, _ = solver.advance(terms, t0, t1, y, args, begun, jump)
+        seen = terms
+        if piece is not None:
+            seen = diffrax.ODETerm(lambda t, y, args: terms.vf(held_within(piece, t), y, args))
+        y, memory = solver.advance(seen, t0, t1, y, args, begun, jump, which)
         if ticks is not None:
             y = ticks[0](t1, y, now)
-        return (y, memory), y
+        if not judged:
+            return (y, memory), y
+        defect, r = memory.defect.told()
+        return (y, eqx.tree_at(lambda m: m.defect, memory, defect)), (y, r)
 
-    intervals = jnp.arange(knots.shape[0] - 1)
-    xs = (knots[:-1], knots[1:], jumps[:-1], intervals, None if due is None else due[1:])
+    # samples that are reached: jumps between them do not count
+    reached = jnp.cumsum(jnp.zeros(times.shape, int).at[knots.samples].set(1))[1:]
+    now = None if due is None else due[1:]
+    xs = (times[:-1], times[1:], jumps[:-1], reached, knots.which, knots.piece, now)
     begin = (y0, state.memory)
     if watch is None:
-        _, ys = jax.lax.scan(body, begin, xs)
-        return jnp.concatenate([y0[None], ys])
+        _, found = jax.lax.scan(body, begin, xs)
+        ys, defects = found if judged else (found, None)
+        ys = jnp.concatenate([y0[None], ys])
+        return (ys, defects) if judged else ys
     # whole blocks: beyond the end the last interval is gone through again and again, and left out
-    count = intervals.size
+    count = reached.size
     length = max(1, round(math.sqrt(count)))
     rows = -(-count // length)
     at = np.minimum(np.arange(rows * length), count - 1).reshape(rows, length)
@@ -77,7 +89,7 @@ def march(
         return carry, watch(xs[1], ys)
 
     _, kept = jax.lax.scan(block, begin, jax.tree.map(lambda x: x[at], xs))
-    first = watch(knots[:1], y0[None])
+    first = watch(times[:1], y0[None])
 
     def joined(start, rest):
         return jnp.concatenate([start, rest.reshape(-1, *rest.shape[2:])[:count]])

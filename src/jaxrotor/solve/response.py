@@ -39,6 +39,7 @@ class RunInfo(eqx.Module):
     tolerance: Any = None
     seconds: Any = None
     steps: Any = None
+    error: Any = None
     steady_gap: Any = None
 
 
@@ -49,7 +50,8 @@ class Response(eqx.Module):
     - `y`: (nt, d), the solver's own state at the samples.
     - `machine`: the machine that ran.
     - `response["name"]`: a `StationResponse` or a `ConnectorResponse`.
-    - `stats`: how it was made: solver, step (s), the error that the pilot saw, seconds spent.
+    - `stats`: how it was made: solver, step (s), the error that the pilot saw, seconds spent; `error`, the
+      run's own estimate, as part of each coordinate's peak.
 
     A pytree: it can be returned from `jit` and `vmap`. A batch has a leading axis everywhere:
     `response.member(i)` takes one out.

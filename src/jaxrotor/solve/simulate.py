@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
-from ..parameter import is_concrete, require_x64
+from ..parameter import is_concrete, numbers, require_x64
 from .adaptive import adaptive_samples, solver_for, tolerances
 from .attitude import tell_attitude
 from .checks import (
@@ -24,14 +24,18 @@ from .checks import (
     refuse_sampled_whirl,
     sample_count,
     speed_beyond,
+    tell_error,
 )
+from .defect import Defect
 from .equilibrium import resting, running, unbalanced_loads
+from .error import by_samples, run_error
 from .exponential import ETD4RK, ExponentialAdams
 from .grid import Grid, Ticking, grid_of
 from .knots import knots
 from .march import march
-from .plan import Plan, bucket, plan as make_plan, top_speed
+from .plan import Plan, bucket, plan as make_plan, refined, top_speed, unresolved
 from .progress import meter, progress_bar
+from .ranges import tell_ranges
 from .response import Response, RunInfo
 from .state import State, to_flat
 from .steady import steady_whirl
@@ -72,7 +76,8 @@ def simulate(
       chooses; inside `jit` or `vmap` it must be given.
     - `adjoint`: of diffrax, for the other solvers, whose default knows reverse mode alone: give
       `diffrax.ForwardMode()` for forward mode. The exponential ones need none: both modes work.
-    - `progress`: a progress bar; by default for runs expected to take over two seconds.
+    - `progress`: a progress bar, lines where stderr is a file; by default for runs expected to take over
+      two seconds.
 
     Raises `InputError` for wrong input, before anything runs, and `SimulationFailed`, with the
     samples up to there, where the numbers leave the finite ones. In a batch (under `vmap`) a member
@@ -89,29 +94,31 @@ def simulate(
     refuse_sampled_whirl(initial, grid is not None)
     concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
 
-    def run(solver, info, numbers, bar):
+    def run(solver, info, settings, bar):
         began = time.perf_counter()
         expected = None if info.substeps is None else count * info.substeps
         with progress_bar(count, expected, bar if concrete else False) as every:
             fixed = step is not None
-            y, steps, checks = _run(
+            y, steps, checks, error = _run(
                 machine,
                 initial,
                 speed,
                 solver,
                 interval,
-                numbers,
+                settings,
                 count,
                 fixed,
                 adjoint,
                 every,
                 grid,
+                concrete,
             )
             if concrete:
                 jax.block_until_ready(y)
         info = dataclasses.replace(
             info,
             steps=steps,
+            error=error,
             seconds=jnp.asarray(time.perf_counter() - began),
             steady_gap=checks if words == "steady" else None,
         )
@@ -124,20 +131,31 @@ def simulate(
             sized = with_substeps(solver, chosen)
             info = planned(sized, chosen, sample_rate, words)
             response, checks = run(sized, info, jnp.asarray([chosen.speed]), progress)
-            faster = speed_beyond(response, chosen.top_speed) if concrete and step is None else None
-            if faster is None:
+            if concrete and unresolved(machine, chosen, 1.0 / sample_rate):
+                error = jnp.maximum(response.info.error, 1.0)
+                response = eqx.tree_at(lambda r: r.info.error, response, error)
+            if not concrete or step is not None:
                 break
-            # a line that no drive holds found a speed of its own: plan for that
-            chosen = make_plan(machine, t_end, sample_rate, faster, order=chosen.order)
+            faster = speed_beyond(response, chosen.top_speed)
+            error = float(numbers(response.info.error))
+            if faster is not None:
+                # a line that no drive holds found a speed of its own: plan for that
+                chosen = make_plan(machine, t_end, sample_rate, faster, order=chosen.order)
+            elif chosen.tolerance < error < float("inf"):
+                chosen = refined(chosen, error)  # something moved that no pilot saw
+            else:
+                break
     else:
         if isinstance(step, Plan):
             raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
         info = RunInfo(type(solver).__name__, initial=words, step=step)
-        numbers = jnp.asarray([rtol, atol, 0.0 if step is None else step])
-        response, checks = run(solver, info, numbers, progress)
+        settings = jnp.asarray([rtol, atol, 0.0 if step is None else step])
+        response, checks = run(solver, info, settings, progress)
     if concrete and is_concrete(response.y):
         tell_attitude(response)
         judge(response, initial, checks)
+        tell_error(response.info)
+        tell_ranges(response)
     return response
 
 
@@ -196,28 +214,43 @@ def _run(
     speed,
     solver,
     interval,
-    numbers,
+    settings,
     count,
     fixed,
     adjoint,
     every,
     grid: Grid | None,
+    judged: bool,
 ):
     system = assemble(machine)
     samples = jnp.arange(count) * interval
     y0, checks = start(machine, system, initial, speed)
-    jumps = jump_times(machine)
+    jumps = jump_times(system)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
     ticking = None if grid is None else Ticking(grid, system, count, y0.size)
     if isinstance(solver, (ExponentialAdams, ETD4RK)):
-        A = solver.linear_part
-        if A is None:
-            A = jacobian(assemble(machine, nominal=True), numbers[0])
-        y = march_samples(solver, A, terms, samples, jumps, y0, system, every, ticking)
+        A, balanced = solver.linear_part, assemble(machine, nominal=True)
+        by_speed = None
+        if A is None and judged:
+            speeds = jnp.stack([settings[0], 0.0])
+            A, rest = jax.vmap(lambda w: jacobian(balanced, w))(speeds)
+            turning = settings[0] != 0.0
+            by_speed = jnp.where(turning, (A - rest) / jnp.where(turning, settings[0], 1.0), 0.0)
+        elif A is None:
+            A = jacobian(balanced, settings[0])
+        elif judged:
+            by_speed = jnp.zeros_like(A)
+        if by_speed is not None:
+            by_speed = (by_speed, settings[0])
+        y = march_samples(
+            solver, A, terms, samples, jumps, y0, system, every, ticking, judge=by_speed
+        )
+        y, error = y if by_speed is not None else (y, None)
         steps = jnp.asarray((count - 1) * solver.substeps)
     else:
-        relative, absolute = tolerances(system, numbers[0], numbers[1])
-        length = numbers[2] if fixed else None
+        error = None
+        relative, absolute = tolerances(system, settings[0], settings[1])
+        length = settings[2] if fixed else None
         y, steps = adaptive_samples(
             solver,
             terms,
@@ -232,7 +265,7 @@ def _run(
             meter(count, every),
             ticking,
         )
-    return y, steps, checks
+    return y, steps, checks, error
 
 
 def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Array]:
@@ -273,15 +306,15 @@ def march_samples(
     every=0,
     ticking: Ticking | None = None,
     watch=None,
+    judge: tuple[Array, Array] | None = None,
 ) -> Any:
     """The states at the samples by an exponential solver, with everything it needs prepared; or what `watch`
-    keeps of them."""
+    keeps of them. `judge`: dA/dw and the speed of A; then with the states comes their error."""
     coarse = samples.shape[0]
     if ticking is not None:
         samples = ticking.fine(samples)
         substeps = -(-solver.substeps // ticking.refine)
         solver = with_count(solver, substeps)
-        every *= ticking.refine
     at = knots(samples, jumps)
     # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0
@@ -290,10 +323,28 @@ def march_samples(
     else:
         solver = ExponentialAdams(solver.order_, solver.substeps, A, at.lengths, rows)
     state = solver.init(terms, samples[0], samples[1], y0, system)
+    if judge is not None:
+        none = Defect.none(y0.size - rows)
+        state = eqx.tree_at(lambda s: s.memory.defect, state, none, is_leaf=lambda x: x is None)
     ticks = None
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
-    found = march(solver, terms, at.times, at.jumps, y0, system, state, every, ticks, watch)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
+    told = at._replace(samples=wanted)  # progress counts these
+    found = march(solver, terms, told, y0, system, state, every, ticks, watch)
+    if judge is not None:
+        y, defects = found
+        step = (samples[1] - samples[0]) / solver.substeps
+        error = run_error(
+            solver.flow(state),
+            step,
+            solver.substeps,
+            *judge,
+            samples,
+            y[at.samples],
+            by_samples(at, defects),
+            system,
+        )
+        return y[wanted], error
     return jax.tree.map(lambda x: x[wanted], found)

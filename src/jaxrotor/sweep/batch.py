@@ -112,7 +112,7 @@ def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) ->
     """The states at the samples, or what `watch` keeps of them."""
     system = assemble(machine)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
-    jumps = jump_times(machine)
+    jumps = jump_times(system)
     ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, y0.size)
     solver = setup.solver
     if isinstance(solver, (ExponentialAdams, ETD4RK)):

@@ -14,7 +14,15 @@ from ..machine.machine import Machine
 from ..measure.sensor import Tachometer
 from ..solve.checks import initial_speed, is_driven
 from ..solve.exponential import ETD4RK
-from ..solve.plan import BUCKETS, Plan, _pilot, _speeds, plan as make_plan
+from ..solve.plan import (
+    BUCKETS,
+    Plan,
+    _pilot,
+    _speeds,
+    fewest,
+    plan as make_plan,
+    top_frequency,
+)
 from ..solve.simulate import chosen_plan, with_substeps
 from .batch import Setup, placed, run_batch
 from .cases import Cases
@@ -58,6 +66,10 @@ def steps_of(setup: Setup, cases: Cases, t_end: float, rate: float, step: Plan |
     if not is_driven(setup.machine):
         top = _reached(setup, cases, t_end, rate, top, good)
     planned, good = _planned(setup, cases, t_end, rate, top, good)
+    batch = {path: jnp.asarray(x) for path, x in cases.values.items()}
+    swing = np.asarray(_frequencies_of(setup.machine, batch))[good]
+    least = fewest(float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 1.0 / rate)
+    planned = dataclasses.replace(planned, substeps=max(planned.substeps, least))
     substeps, reason = _substeps(setup.machine, cases.values, planned, when, 1.0 / rate, good)
     return Steps(substeps, planned.speed, reason)
 
@@ -79,6 +91,11 @@ def _rows(values: dict[str, np.ndarray], rows: np.ndarray, size: int) -> dict[st
 @eqx.filter_jit
 def _speeds_of(machine: Machine, values: dict, times: jax.Array) -> jax.Array:
     return jax.lax.map(lambda own: _speeds(placed(machine, own), times), values)
+
+
+@eqx.filter_jit
+def _frequencies_of(machine: Machine, values: dict) -> jax.Array:
+    return jax.lax.map(lambda own: top_frequency(placed(machine, own)), values)
 
 
 def _top_speeds(machine: Machine, values: dict, t_end: float, own: float):

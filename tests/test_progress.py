@@ -1,0 +1,38 @@
+"""What a long run says of itself where nobody looks on: lines in a file."""
+
+import re
+
+import jaxrotor as jr
+from jaxrotor.solve import progress
+
+
+def test_lines_where_stderr_is_a_file(monkeypatch, capfd):
+    """Compiling first; then samples of the right total, though jumps and a controller's clock make more
+    intervals of them."""
+    monkeypatch.setattr(progress, "_LINE", 0.02)
+    loads = {
+        "pulses": (jr.Torque(jr.PulseTrain(0.011, 0.003, 1.0, count=40)), "disc"),
+        "held": (
+            jr.SampledTorque(jr.PI(0.1, 0.0), 5e-4, jr.SpeedError(3.0), between=False),
+            "disc",
+        ),
+    }
+    machine = jr.Machine.in_line({"disc": jr.Rotor(1.0, 0.01, 0.006)}, attachments=loads)
+    samples = 40_001
+    jr.simulate(machine, (samples - 1) / 1e3, 1e3, "undeformed", step=1e-3, progress=True)
+    lines = capfd.readouterr().err.splitlines()
+    assert re.fullmatch(r"compiling, \d+ s", lines[0])
+    told = [
+        re.fullmatch(r"(\d+) of (\d+) samples, \d+ s", x) for x in lines if "compiling" not in x
+    ]
+    assert len(told) > 5 and all(told)
+    done = [int(x[1]) for x in told if x]
+    assert {int(x[2]) for x in told if x} == {samples}
+    assert done == sorted(done) and 0 < done[0] and done[-1] <= samples
+    assert done[-1] > samples / 2
+
+
+def test_a_short_run_says_nothing(capfd):
+    machine = jr.Machine.in_line({"disc": jr.Rotor(1.0, 0.01, 0.006)})
+    jr.simulate(machine, 0.05, 1e3, "undeformed", step=1e-3)
+    assert capfd.readouterr().err == ""
