@@ -188,8 +188,8 @@ def test_a_body_that_tips_over_theta_says_so():
         found = Rotation.from_euler("XYZ", np.asarray(run["top"].position)[-1, 3:])
         return (exact.inv() * found).magnitude()
 
-    with pytest.warns(UserWarning, match=r"`top`: theta reaches 90 degrees at t = 0\.07") as told:
+    reached = r"`top`: theta reaches 90 degrees at t = 0\.07"
+    # the run's own estimate of its error says that something is wrong, too
+    with pytest.warns(UserWarning, match=reached), pytest.warns(UserWarning, match="own estimate"):
         assert attitude_error(0.5, 0.01) > 1e-3
-    # and the run's own estimate of its error says that something is wrong
-    assert sum("theta" in str(w.message) for w in told) == 1 and len(told) == 2
     assert attitude_error(5.0, 0.1) < 1e-5  # 0.39 rad off: no word
