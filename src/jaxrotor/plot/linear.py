@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..linear import Campbell
+from ..linear.modes import word_of
 from .style import COLOURS, GREY, figure, label, legend
 
 RPM = 30 / np.pi
@@ -17,13 +18,11 @@ HERTZ = 1 / (2 * np.pi)
 _LOOK = {
     "forward": (COLOURS[0], "-", "^"),
     "backward": (COLOURS[1], "--", "v"),
-    "to and fro": (GREY, "-", "o"),
+    "mixed": (GREY, "-", "o"),
     "torsional": (COLOURS[2], "-.", "s"),
     "axial": (COLOURS[3], (0, (1, 1)), "D"),
 }
 _UNSTABLE = "#FBE3DC"
-# Below this share of circularity a whirl has no direction worth a colour.
-_STRAIGHT = 1e-3
 # Crossings closer than this part of the width share one label.
 _CLOSE = 0.04
 _PREFIXES = ((1.0, 1.0, ""), (1e-3, 1e3, "m"), (1e-6, 1e6, "µ"), (1e-9, 1e9, "n"), (0, 1e12, "p"))
@@ -145,22 +144,17 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
 
 
 def _classes(campbell: Campbell) -> np.ndarray:
-    """(n, m) of the names in _LOOK. At rest, and where a whirl is straight, a mode has the direction
-    that it has at the nearest speed where it has one."""
+    """(n, m) of the names in _LOOK: what `modes` calls each mode there. At rest, where no whirl has a sense,
+    what it is at the nearest speed."""
     speeds = np.asarray(campbell.speeds)
     out = np.empty(campbell.whirl.shape, dtype="<U10")
+    turning = np.flatnonzero(np.abs(speeds) > 1e-9 * np.abs(speeds).max())
+    nearest = turning[np.argmin(np.abs(speeds[:, None] - speeds[turning][None]), axis=1)]
     for k, kind in enumerate(campbell.kinds):
         if kind != "lateral":
             out[:, k] = kind
             continue
-        turning = np.where(np.abs(campbell.whirl[:, k]) > _STRAIGHT, campbell.whirl[:, k], 0.0)
-        turning[np.abs(speeds) < 1e-9 * np.abs(speeds).max()] = 0.0
-        known = np.flatnonzero(turning)
-        if not known.size:
-            out[:, k] = "to and fro"
-            continue
-        near = known[np.argmin(np.abs(speeds[:, None] - speeds[known][None]), axis=1)]
-        out[:, k] = np.where(turning[near] > 0, "forward", "backward")
+        out[:, k] = [word_of(campbell.whirl[i, k]) for i in nearest]
     return out
 
 
