@@ -138,6 +138,38 @@ def test_a_very_short_section_hides_nothing():
     assert forward == ["1 backward", "1 forward"]
 
 
+def pedestal(mass, held=("z", "psi", "theta", "phi")):
+    """A disc on an oil film's 1e6 N/m, on a pedestal of `mass`, on 3e6 N/m."""
+    film = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.diag([1e6, 1e6, 0, 0, 0, 0]))
+    return jr.Machine(
+        {
+            "disc": jr.Rotor(10.0, 0.1, 0.06),
+            "film": jr.ElasticMatrix(film, np.zeros((12, 12))),
+            "pedestal": jr.Node(),
+            "mass": jr.AddedInertia(mass),
+            "base": jr.LinearSupport([3e6, 3e6, 0, 0, 0, 0]),
+        },
+        {"film": ("disc", "pedestal"), "mass": "pedestal", "base": "pedestal"},
+        fixed={"pedestal": held, "disc": ("z", "psi", "theta")},
+    )
+
+
+def test_a_pedestal_without_mass():
+    """1e-12 kg are as good as springs in a row; none at all is refused, at the start and later."""
+    low, high = np.sqrt(1e6 * 3 / 4 / 10), np.sqrt(4e6 / 1e-12)
+    machine = pedestal(1e-12)
+    np.testing.assert_allclose(jr.critical_speeds(machine), [low, low, high, high], rtol=1e-9)
+    model = jr.linearize(machine, 0.0, at="undeformed")
+    np.testing.assert_allclose(model.natural_frequencies[:2], low, rtol=1e-6)
+    for lacking in (lambda: pedestal(0.0), lambda: machine.set({"mass.mass": 0.0})):
+        with pytest.raises(
+            jr.InputError, match="`pedestal`: has no inertia along x, y, but moves there"
+        ):
+            lacking()
+    with pytest.raises(jr.InputError, match="no inertia along psi, theta, phi, but"):
+        pedestal(1.0, held=("z",))
+
+
 SPEEDS = np.array([0.0, 90.0, 110.0, 130.0, 150.0, 300.0])
 STIFFNESS = np.array([100.0, 100.0, 105.0, 133.0, 140.0, 140.0]) ** 2
 

@@ -120,11 +120,16 @@ def oscillating(A: Any, M: Any, values: Any, vectors: Any) -> Any:
     force drives back; of NumPy's or JAX's arrays. A free motion's double zero splits into anything up to
     the root of the rounding, but the forces in its shape cancel each other, whatever the scales of the
     machine."""
+    return (values.imag > _REAL * abs(values)) & driven_back(A, M, vectors)
+
+
+def driven_back(A: Any, M: Any, vectors: Any) -> Any:
+    """Whether the forces in each of the eigenvectors (d, m) do work, beyond rounding."""
     n = M.shape[0]
     shapes, pull = vectors[:n], A[n : 2 * n]
     work = abs((shapes.conj() * (M @ (pull @ vectors))).sum(axis=0))
     parts = (abs(shapes) * (abs(M) @ (abs(pull) @ abs(vectors)))).sum(axis=0)
-    return (values.imag > _REAL * abs(values)) & (work > _ROUNDING * len(A) * parts)
+    return work > _ROUNDING * len(A) * parts
 
 
 def linearize(
