@@ -241,6 +241,17 @@ class Timed(AbstractElement):
         """The instants, s."""
 
 
+class OverSpeeds(AbstractElement):
+    """Follows a table over the speed of the last station that it is given; beyond, the end values hold."""
+
+    # Whether it serves either sense of turning alike.
+    either_way: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def covered(self) -> Float[Array, "2"]:
+        """The lowest and the highest speed of the table, rad/s."""
+
+
 class Ported(AbstractStation):
     """A station that can be held at other places than its geometric centre's coordinates."""
 

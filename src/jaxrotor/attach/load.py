@@ -1,5 +1,7 @@
 """Torques and forces from outside."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -7,7 +9,7 @@ from jaxtyping import Array, Float
 from ..drive.monotone import interpolate, table_faults
 from ..drive.schedule import AbstractSchedule, as_schedule
 from ..parameter import parameter
-from ..protocol import AbstractAttachment, Energetic, Motion, Timed, Vec6
+from ..protocol import AbstractAttachment, Energetic, Motion, OverSpeeds, Timed, Vec6
 
 
 def about_axis(torque) -> tuple[Vec6, ...]:
@@ -61,13 +63,16 @@ class FanLoad(AbstractAttachment):
         return about_axis(-self.coefficient * v[5] * jnp.abs(v[5]))
 
 
-class SpeedTorque(AbstractAttachment):
+class SpeedTorque(AbstractAttachment, OverSpeeds):
     """A torque given over the speed phi' of its station by a table, constant outside it.
 
     `speeds` (rad/s) increase and may be negative; `torques` in N·m are positive where they drive in
     the sense of phi, so that a load that brakes forward running has negative ones. Between the
-    rows a monotone cubic (see `drive.monotone`): the curve has no kink and does not overshoot.
+    rows a monotone cubic (see `drive.monotone`): the curve has no kink and does not overshoot. A run that
+    leaves the table says so.
     """
+
+    either_way: ClassVar[bool] = False
 
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
     torques: Float[Array, " n"] = parameter("N*m", shapes=((None,),))
@@ -78,6 +83,9 @@ class SpeedTorque(AbstractAttachment):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         return about_axis(interpolate(self.speeds, self.torques, v[5]))
+
+    def covered(self) -> Float[Array, "2"]:
+        return jnp.stack([self.speeds[0], self.speeds[-1]])
 
 
 class Brake(AbstractAttachment, Energetic, Timed):

@@ -19,6 +19,7 @@ from ..protocol import AbstractPrescribed
 from .equilibrium import refuse_unbalanced
 from .response import Response
 from .state import State
+from .tables import warn_beyond_tables
 
 # A periodic whirl found by shooting must come back to this part of its size.
 _STEADY_GAP = 1e-7
@@ -166,7 +167,9 @@ def judge(response: Response, initial, checks) -> None:
             "its size; the torques on the line do not balance at this speed, or it is unstable there"
         )
     sample = response.failed_at()
-    if sample is not None:
+    if sample is None:
+        warn_beyond_tables(response)
+    else:
         kept = response.until(sample)
         t = numbers(response.t)
         raise SimulationFailed(
