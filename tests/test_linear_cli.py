@@ -96,7 +96,7 @@ unbalance = { eccentricity = "0.03 mm" }
 name = "springs"
 kind = "LinearSupport"
 at = "disc"
-stiffness = ["20 kN/m", "20 kN/m", "20 kN/m", "50 N*m/rad", "50 N*m/rad", "20 N*m/rad"]
+stiffness = ["20 kN/m", "20 kN/m", "20 kN/m", "50 N*m/rad", "50 N*m/rad", "TWIST N*m/rad"]
 damping = ["DAMPING N*s/m", "DAMPING N*s/m", "1 N*s/m", "0 N*m*s/rad", "0 N*m*s/rad", "0 N*m*s/rad"]
 [machine.fixed]
 disc = ["psi", "theta"]
@@ -105,7 +105,7 @@ disc = ["psi", "theta"]
 
 def responded(tmp_path, damping, options=()):
     path = tmp_path / "damped.toml"
-    path.write_text(DAMPED.replace("DAMPING", str(damping)))
+    path.write_text(DAMPED.replace("DAMPING", str(damping)).replace("TWIST", "0"))
     out = tmp_path / f"out {damping}"
     assert (
         main(
@@ -141,7 +141,7 @@ def test_peaks_of_the_response_are_met(tmp_path, capsys):
 def test_critical_speeds_that_unbalance_does_not_excite_are_marked(tmp_path, capsys):
     """By hand: phi at sqrt(20/0.01), z beside x and y at sqrt(20e3/2)."""
     path = tmp_path / "damped.toml"
-    path.write_text(DAMPED.replace("DAMPING", "1"))
+    path.write_text(DAMPED.replace("DAMPING", "1").replace("TWIST", "20"))
     out = str(tmp_path / "campbell")
     assert main(["campbell", str(path), "--to", "150 rad/s", "--points", "4", "--out", out]) == 0
     lines = [" ".join(x.split()) for x in capsys.readouterr().out.splitlines()]

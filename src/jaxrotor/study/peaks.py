@@ -9,8 +9,8 @@ import numpy as np
 _CHUNK = 64
 # Between neighbours of a peak; of the peaks of a curve, the highest are looked at so many at most.
 _BETWEEN, _PEAKS = 7, 8
-# Until a peak grows by less than this part, or for so many rounds.
-_SETTLED, _ROUNDS = 1e-5, 14
+# Until the points beside a peak are lower by less than this part, or for so many rounds.
+_FLAT, _ROUNDS = 1e-5, 14
 
 
 def sampled(
@@ -25,23 +25,23 @@ def sampled(
         return np.concatenate(parts)[: len(points)]
 
     points, values = np.asarray(grid), values_at(grid)
-    height = np.abs(values).max(axis=0)
-    settled = np.zeros(values.shape[1], bool)
     for _ in range(_ROUNDS):
         new = np.unique(np.concatenate([_beside(points, np.abs(v)) for v in values.T]))
         new = np.setdiff1d(new, points)
-        settled = np.ones_like(settled)
-        if not new.size:
+        if not new.size or all(_settled(np.abs(v)) for v in values.T):
             break
         points, values = np.append(points, new), np.concatenate([values, values_at(new)])
         order = np.argsort(points)
         points, values = points[order], values[order]
-        before, height = height, np.abs(values).max(axis=0)
-        # equal where both are infinite: an undamped mode met to the last digit
-        settled = np.isfinite(height) & (height - before <= _SETTLED * height)
-        if np.all(settled | ~np.isfinite(height)):
-            break
-    return points, values, settled
+    return points, values, np.array([_settled(np.abs(v)) for v in values.T])
+
+
+def _settled(size: np.ndarray) -> bool:
+    """Whether the highest point is as high as those beside it; at an end nothing is sought."""
+    k = int(np.argmax(size))
+    if k in (0, len(size) - 1):
+        return True
+    return bool(np.isfinite(size[k]) and min(size[k - 1], size[k + 1]) >= (1 - _FLAT) * size[k])
 
 
 def _beside(points: np.ndarray, size: np.ndarray) -> np.ndarray:
