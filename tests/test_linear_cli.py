@@ -81,3 +81,72 @@ def test_wrong_options_are_refused_in_a_sentence(study, options, sentence, capsy
     assert main([options[0], study, *options[1:]]) == 2
     error = capsys.readouterr().err
     assert sentence in error and "Traceback" not in error
+
+
+DAMPED = """
+[machine]
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "2 kg"
+polar_inertia = "0.01 kg*m^2"
+transverse_inertia = "0.006 kg*m^2"
+unbalance = { eccentricity = "0.03 mm" }
+[[machine.attachments]]
+name = "springs"
+kind = "LinearSupport"
+at = "disc"
+stiffness = ["20 kN/m", "20 kN/m", "20 kN/m", "50 N*m/rad", "50 N*m/rad", "TWIST N*m/rad"]
+damping = ["DAMPING N*s/m", "DAMPING N*s/m", "1 N*s/m", "0 N*m*s/rad", "0 N*m*s/rad", "0 N*m*s/rad"]
+[machine.fixed]
+disc = ["psi", "theta"]
+"""
+
+
+def responded(tmp_path, damping, options=()):
+    path = tmp_path / "damped.toml"
+    path.write_text(DAMPED.replace("DAMPING", str(damping)).replace("TWIST", "0"))
+    out = tmp_path / f"out {damping}"
+    assert (
+        main(
+            [
+                "response",
+                str(path),
+                "--to",
+                "263 rad/s",
+                "--points",
+                "60",
+                "--out",
+                str(out),
+                *options,
+            ]
+        )
+        == 0
+    )
+    return json.loads((out / "summary.json").read_text())["peaks"]["disc.x"]
+
+
+def test_peaks_of_the_response_are_met(tmp_path, capsys):
+    """Sixty points, 4.4 rad/s apart, and a peak 0.4 rad/s wide: e/(2 zeta sqrt(1 - zeta²)) at w0/sqrt(1 -
+    2 zeta²). Without damping there is none to be told. Neither needs [simulation]."""
+    m, k, e, zeta = 2.0, 20e3, 3e-5, 0.002
+    found = responded(tmp_path, 2 * zeta * np.sqrt(k * m))
+    assert found["amplitude"] == pytest.approx(e / (2 * zeta * np.sqrt(1 - zeta**2)), rel=1e-5)
+    assert found["at_rad_s"] == pytest.approx(np.sqrt(k / m / (1 - 2 * zeta**2)), rel=1e-5)
+    assert "0.0075 m at most" in capsys.readouterr().out
+    assert not responded(tmp_path, 0.0)["bounded"]
+    assert "disc.x: without bound at 954.93 rpm" in capsys.readouterr().out
+
+
+def test_critical_speeds_that_unbalance_does_not_excite_are_marked(tmp_path, capsys):
+    """By hand: phi at sqrt(20/0.01), z beside x and y at sqrt(20e3/2)."""
+    path = tmp_path / "damped.toml"
+    path.write_text(DAMPED.replace("DAMPING", "1").replace("TWIST", "20"))
+    out = str(tmp_path / "campbell")
+    assert main(["campbell", str(path), "--to", "150 rad/s", "--points", "4", "--out", out]) == 0
+    lines = [" ".join(x.split()) for x in capsys.readouterr().out.splitlines()]
+    assert (
+        f"{np.sqrt(2000) * 30 / np.pi:.6g} rpm torsional 1 (unbalance does not excite it)" in lines
+    )
+    assert "954.93 rpm axial 1 (unbalance does not excite it)" in lines
+    assert "954.93 rpm 1 forward" in lines

@@ -7,13 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from apart import apart, spinning
-from helpers import assert_derivatives_agree, pull
+from helpers import assert_derivatives_agree, at_instants, pull
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from test_schedules import monotone
 
 import jaxrotor as jr
 from jaxrotor.protocol import NonSmooth
+from jaxrotor.solve.ranges import tell_ranges
 
 J, END, RATE = 0.02, 0.5, 50.0
 
@@ -225,8 +226,60 @@ def test_a_speed_dependent_support(name):
     for w in (0.0, 10.0, 25.0, -25.0, 40.0, 77.0, -300.0):
         q, v = RNG.normal(size=(2, 6))
         v[5] = w
-        expected = -full(stiffness, abs(w)) @ q - full(damping, abs(w)) @ v
+        # the other way round: x, theta and phi as a mirror upright along the shaft shows them
+        seen = np.array([-1.0, 1, 1, 1, -1, -1]) if w < 0 else np.ones(6)
+        expected = -full(stiffness, abs(w)) @ (seen * q) - full(damping, abs(w)) @ (seen * v)
+        expected = seen * expected
         np.testing.assert_allclose(pull(support, (q, v))[0], expected, rtol=1e-11, atol=1e-12)
+        # by the speed of another station, on which it does not act
+        still = v * np.array([1, 1, 1, 1, 1, 0])
+        rotor = RNG.normal(size=6), np.array([0, 0, 0, 0, 0, w])
+        found = pull(support, (q, still), rotor)
+        expected += seen * (full(damping, abs(w)) @ (seen * (v - still)))
+        np.testing.assert_allclose(found, [expected, np.zeros(6)], rtol=1e-11, atol=1e-12)
+
+
+SEAL = np.zeros((2, 6, 6))
+SEAL[:, 0, 0] = SEAL[:, 1, 1] = 1e4
+SEAL[:, 0, 1], SEAL[:, 1, 0] = 2e3, -2e3
+
+
+@pytest.mark.parametrize("speed", [150.0, -150.0])
+def test_a_seal_drives_the_whirl_with_the_spin(speed):
+    """Cross terms k_xy = -k_yx of a mass on a table, by hand: (lambda² + k/m)² = -(k_xy/m)². The root that
+    grows whirls with the spin, whichever way that is, and one table on a pedestal goes by the rotor's
+    speed."""
+    table = jr.SpeedDependentSupport([50.0, 500.0], SEAL, np.zeros((2, 6)))
+    held = ("z", "psi", "theta")
+    machine = jr.Machine(
+        {"d": jr.Rotor(1.0, 0.01, 0.006), "seal": table}, {"seal": "d"}, fixed={"d": held}
+    )
+    unstable = max(
+        jr.modes(jr.linearize(machine, speed, "undeformed")), key=lambda m: m.eigenvalue.real
+    )
+    assert unstable.eigenvalue == pytest.approx(np.sqrt(-1e4 + 2e3j), rel=1e-9)
+    assert unstable.whirl == pytest.approx(1.0) and unstable.name == "1 forward"
+
+
+def test_leaving_a_table_is_said():
+    """Once for each element, with the speeds outside and the table's."""
+    line = {
+        "table": jr.SpeedDependentSupport([40.0, 90.0], np.ones((2, 6)), np.ones((2, 6))),
+        "load": jr.SpeedTorque([0.0, 90.0], [0.0, -1.0]),
+    }
+    machine = apart(line, J)
+    run = at_instants(
+        machine,
+        np.zeros((3, 2, 6)),
+        np.stack([spinning([w, -w]).velocity for w in (10, 50, 100)]),
+        np.arange(3.0),
+    )
+    with pytest.warns(UserWarning) as said:
+        tell_ranges(run)
+    assert [str(w.message).split(" rad/s: its")[0] for w in said] == [
+        "`table: SpeedDependentSupport`: its table ends at 40 and 90 rad/s, but the run goes to 10 and 100",
+        "`load: SpeedTorque`: its table ends at 0 and 90 rad/s, but the run goes to -100",
+    ]
 
 
 # Derivatives

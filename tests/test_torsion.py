@@ -75,9 +75,20 @@ def test_torque_in_the_teeth():
     arm = 0.05 * np.cos(0.3490658503988659)
     left = torque["motor"] + torque["pinion"]
     assert abs(left) > 1.0
-    assert mode.torques["mesh"].real * arm == pytest.approx(left, rel=1e-6)
+    force = mode.tooth_forces["mesh"].real
+    assert force * arm == pytest.approx(left, rel=1e-6)
     right = torque["wheel"] + torque["pump"]
-    assert mode.torques["mesh"].real * 2 * arm == pytest.approx(right, rel=1e-6)
+    assert force * 2 * arm == pytest.approx(right, rel=1e-6)
+    # the table has N·m under N·m: upon the pinion, whose inertia and the motor's ask for it
+    assert mode.torques["mesh"].real == pytest.approx(left, rel=1e-6)
+    words = next(w for w in jr.holzer_table(mode).splitlines() if w.startswith("mesh"))
+    assert [float(x) for x in words.split()[1:]] == pytest.approx([left, force], rel=1e-5)
+    within = 0.4 * mode.frequency, 0.6 * mode.frequency
+    met = [jr.interferences(machine, (2,), within, 1, shaft=shaft)[0] for shaft in (None, "pump")]
+    # two turns of the pump's own shaft a period, at half of the frequency of its own speed
+    assert [m.speed for m in met] == pytest.approx([mode.frequency / 2] * 2, rel=1e-6)
+    with pytest.raises(jr.InputError, match="shaft: there is no station `pupm`"):
+        jr.interferences(machine, (2,), (1.0, 2.0), shaft="pupm")
 
 
 def test_forced_torsional_vibration():

@@ -307,10 +307,10 @@ def _set_up() -> None:
     jax.config.update("jax_enable_x64", True)  # where something imported JAX before
 
 
-def _load(path: Path) -> Any:
+def _load(path: Path, run: bool = True) -> Any:
     from .study import load
 
-    study = load(path)
+    study = load(path, run)
     if is_command_line():
         raise_from_now_on()
     return study
@@ -333,7 +333,7 @@ def _show(given: argparse.Namespace) -> int:
     from .files import written_whole
     from .plot import draw_machine
 
-    study = _load(given.study)
+    study = _load(given.study, run=False)
     target = given.out or Path(f"{study.name}.png")
     formats = FigureCanvasBase.get_supported_filetypes()
     if not target.is_dir() and target.suffix[1:].lower() not in formats:
@@ -357,7 +357,9 @@ def _run(given: argparse.Namespace) -> int:
 def _modes(given: argparse.Namespace) -> int:
     from .study.linear import run_modes
 
-    return run_modes(_load(given.study), given.speed, given.count, given.out, given.force)
+    return run_modes(
+        _load(given.study, run=False), given.speed, given.count, given.out, given.force
+    )
 
 
 def _campbell(given: argparse.Namespace) -> int:
@@ -370,7 +372,13 @@ def _campbell(given: argparse.Namespace) -> int:
             f"`--orders`: must be numbers between commas, such as 1,2, but is {given.orders!r}"
         ) from None
     return run_campbell(
-        _load(given.study), given.to, given.points, given.modes, orders, given.out, given.force
+        _load(given.study, run=False),
+        given.to,
+        given.points,
+        given.modes,
+        orders,
+        given.out,
+        given.force,
     )
 
 
@@ -378,7 +386,7 @@ def _response(given: argparse.Namespace) -> int:
     from .study.response import run_response
 
     return run_response(
-        _load(given.study),
+        _load(given.study, run=False),
         given.outputs,
         given.to,
         given.points,

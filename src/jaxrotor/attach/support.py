@@ -1,11 +1,16 @@
 """Springs and dampers to the ground."""
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..drive.monotone import interpolate, table_faults
 from ..parameter import parameter
 from ..protocol import AbstractAttachment, Energetic, Linear, Motion, Tabulated, Vec6
+
+# The coordinates (x, y, z, psi, theta, phi) in a mirror upright along the shaft, phi of the table being
+# positive.
+_MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 
 
 class LinearSupport(AbstractAttachment, Linear, Energetic):
@@ -51,11 +56,19 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
 
 
 class SpeedDependentSupport(AbstractAttachment, Tabulated):
-    """Holds a station to the ground with coefficients that depend on its speed: a fluid bearing.
+    """Holds a station to the ground with coefficients that depend on a speed: a fluid bearing.
+
+    Attached to a station, it goes by that station's speed; attached to `(station, rotor)`, by the speed of
+    the second, on which it does not act: a pedestal does not turn, but its table is over the rotor's speed.
 
     The force is `-K(|phi'|) q - C(|phi'|) v`. `speeds` (rad/s) are zero or positive and increase;
     `stiffness` and `damping` have a row for each, of six numbers (x, y, z, psi, theta, phi) or a
-    full 6x6, SI. Each entry follows a monotone cubic over the speed, constant outside the table.
+    full 6x6, SI. Each entry follows a monotone cubic over the speed, constant outside the table; a run that
+    leaves the table says so.
+
+    A table is that of a shaft turning towards +phi. Turning the other way it is seen in a mirror that stands
+    upright along the shaft (x, theta and phi become -x, -theta and -phi): `k_xy` and `k_yx` change their
+    sign, `k_xx` and `k_yy` do not, so that the whirl in the sense of the spin is the one that is driven.
 
     It keeps no account of its energy: a stiffness that changes with the speed has no potential, and
     its work counts as that of a load in the energy audit. Source of such tables: the linearised
@@ -78,13 +91,16 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
                 return
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
-        ((q, v),) = motions
-        speed = jnp.abs(v[5])
+        q, v = motions[0]
+        turning = motions[-1][1][5]
+        speed = jnp.abs(turning)
         k, c = (interpolate(self.speeds, x, speed) for x in (self.stiffness, self.damping))
-        return (-(_matrix(k) @ q) - _matrix(c) @ v,)
+        seen = jnp.where(turning < 0, _MIRROR, 1.0)
+        force = -seen * (_matrix(k) @ (seen * q) + _matrix(c) @ (seen * v))
+        return (force, *(jnp.zeros(6) for _ in motions[1:2]))
 
     def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
-        return jnp.abs(motions[0][1][5]), self.speeds, "rad/s"
+        return jnp.abs(motions[-1][1][5]), self.speeds, "rad/s"
 
 
 def _matrix(given: Array) -> Array:

@@ -5,7 +5,6 @@ from .cluster import Cluster as Cluster, decay_rate as decay_rate, pole_cluster 
 from .critical import (
     critical_modes as critical_modes,
     critical_speeds as critical_speeds,
-    stability_threshold as stability_threshold,
 )
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
@@ -36,6 +35,7 @@ from .supports import (
     CriticalSpeedMap as CriticalSpeedMap,
     critical_speed_map as critical_speed_map,
 )
+from .threshold import stability_threshold as stability_threshold
 from .torsion import (
     Interference as Interference,
     TorsionalMode as TorsionalMode,

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
 from .lowest import lowest
-from .modes import describe, modes
+from .modes import describe, modes, told_apart
 
 # Modes that come down from above what is followed take part in the matching.
 _MORE = 8
@@ -22,7 +22,8 @@ class Campbell(eqx.Module):
     """Modes over speed. Rows are speeds, columns modes, each column one mode followed throughout.
 
     - `speeds`: (n,), rad/s. `eigenvalues`: (n, m) complex, 1/s. `whirl`: (n, m), -1 to 1, forward positive.
-    - `names`: (m,), by what each mode is at the highest speed. `kinds`: "lateral", "torsional", "axial".
+    - `names`: (m,), by what each mode is at the speed furthest from rest, as `modes` calls it there.
+      `kinds`: "lateral", "torsional", "axial".
     """
 
     speeds: np.ndarray
@@ -42,40 +43,47 @@ class Campbell(eqx.Module):
         return -np.real(self.eigenvalues) / np.abs(self.eigenvalues)
 
     def crossings(self, order: float = 1.0) -> dict[str, list[float]]:
-        """Speeds (rad/s) at which each mode meets `order` times the speed, between the speeds given, by
-        interpolation; `critical_speeds` finds them exactly."""
+        """Speeds (rad/s) at which each mode meets `order` times the speed, in either sense of the spin,
+        between the speeds given, by interpolation; `critical_speeds` finds them exactly."""
         found: dict[str, list[float]] = {}
         for k, name in enumerate(self.names):
-            gap = self.frequencies[:, k] - order * self.speeds
-            for i in np.flatnonzero(np.sign(gap[:-1]) * np.sign(gap[1:]) < 0):
-                s = gap[i] / (gap[i] - gap[i + 1])
-                found.setdefault(name, []).append(
-                    float((1 - s) * self.speeds[i] + s * self.speeds[i + 1])
-                )
+            gap = self.frequencies[:, k] - order * np.abs(self.speeds)
+            meets = np.flatnonzero(np.sign(gap[:-1]) * np.sign(gap[1:]) < 0)
+            shares = gap[meets] / (gap[meets] - gap[meets + 1])
+            between = (1 - shares) * self.speeds[meets] + shares * self.speeds[meets + 1]
+            on_the_line = self.speeds[(gap == 0) & (self.speeds != 0)]
+            if where := sorted(map(float, (*between, *on_the_line))):
+                found[name] = where
         return found
 
 
 def campbell(
     machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
 ) -> Campbell:
-    """The `count` lowest modes of `machine` at `speeds` (rad/s, rising), followed from speed to speed by
-    how alike their shapes are, not by their order. `progress` shows a bar.
+    """The `count` lowest modes of `machine` at `speeds` (rad/s, rising; negative ones turn the other way),
+    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows a bar.
 
     Where a mode does not oscillate (overdamped), its entries are NaN."""
     speeds = np.asarray(speeds, float)
     if speeds.ndim != 1 or speeds.size < 2 or not np.all(np.diff(speeds) > 0):
         raise InputError("speeds must be a rising list of two speeds at least, in rad/s")
-    # from the highest speed down: there the modes are furthest apart
-    model = linearize(machine, speeds[-1], at)
+    # from the speed furthest from rest: there the modes are furthest apart
+    way = range(speeds.size - 1, -1, -1)
+    if abs(speeds[0]) > abs(speeds[-1]):
+        way = range(speeds.size)
+    first, *others = way
+    model = linearize(machine, speeds[first], at)
     named = modes(model, count)
     shapes = np.stack([m.shape for m in named], axis=1) if named else np.zeros((len(model.M), 0))
     followed = _Followed(np.array([m.eigenvalue for m in named]), shapes)
     values = np.full((speeds.size, len(named)), np.nan, complex)
     whirl = np.zeros((speeds.size, len(named)))
-    values[-1], whirl[-1] = followed.values, [m.whirl for m in named]
-    for i in tqdm(range(speeds.size - 2, -1, -1), "Campbell", disable=not progress, leave=False):
+    values[first], whirl[first] = followed.values, [m.whirl for m in named]
+    for i in tqdm(others, "Campbell", disable=not progress, leave=False):
         model = linearize_checked(machine, jnp.asarray(speeds[i]), at)
-        followed, seen = _follow(followed, *lowest(model, count + _MORE), np.asarray(model.M))
+        found, shapes = lowest(model, count + _MORE)
+        shapes = told_apart(model, found, shapes)
+        followed, seen = _follow(followed, found, shapes, np.asarray(model.M))
         values[i, seen] = followed.values[seen]
         whirl[i, seen] = describe(model, followed.shapes)[1][seen]
     kinds = tuple(m.kind for m in named)

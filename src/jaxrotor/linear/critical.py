@@ -1,21 +1,34 @@
 """Critical speeds, directly: where a mode's frequency is so many times the speed."""
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+import scipy.linalg
+from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
 from ..machine.machine import Machine
+from ..parameter import known
+from .crossing import crossings
 from .eigen import eigensystem
-from .linearise import LinearModel, linearize
-from .modes import Mode, named
+from .frozen import PROBES, Frozen, at_rest, at_speed, shares_and_whirl
+from .linearise import LinearModel, linearize, linearize_checked
+from .lowest import lowest
+from .modes import STRAIGHT, Mode, describe, named, told_apart
 
-_STEPS = 20
+Whirl = Literal["forward", "backward"]
+# Of the lowest and the highest root: the range in which all others are looked for.
+_BELOW, _ABOVE = 1e-3, 1.05
+
+
+class _Found(NamedTuple):
+    """`speeds`: (m,), rising; `shapes`: (n, m)."""
+
+    speeds: Float[Array, " m"]
+    shapes: Complex[Array, "n m"]
 
 
 def critical_speeds(
@@ -24,171 +37,201 @@ def critical_speeds(
     damped: bool = False,
     at: Any = "undeformed",
     count: int | None = None,
+    speeds: tuple[float, float] | None = None,
+    whirl: Whirl | None = None,
 ) -> Float[Array, " m"]:
     """Speeds (rad/s, rising) at which a mode's frequency is `order` times the speed.
 
     Undamped: `K u = w² (M - i G1/order) u`, with M, K at rest and G1 the gyroscopic matrix per speed: one
-    eigenvalue problem gives all of them, forward and backward whirl and torsion (a machine with speed-
-    dependent parts needs `damped=True`). `damped`: from there Im lambda(speed) = order speed is solved by
-    the secant method on the full model at each speed; those that damping removes are left out. Derivatives by
-    every parameter are exact in both modes. `count`: only the lowest so many (needed under `jit`).
+    eigenvalue problem gives all of them, forward and backward whirl, torsion and axial motion, whatever their
+    scales. Where stiffness depends on the speed (bearing tables, films), all meetings are searched for: a
+    mode may have several. `damped`: where Im lambda(speed) = order speed in the full model at each speed;
+    those that damping removes are left out.
+
+    - `speeds`: (low, high), rad/s, the range of those asked for. - `whirl`: lateral modes of this sense
+      alone, "forward" (with the spin: what unbalance excites) or "backward". - `count`: only the lowest so
+      many of these (needed under `jit`, where what there is not is inf).
+
+    Derivatives by every parameter are exact in both modes, first ones (of several that coincide, those of
+    their mean). Under `jit` a machine whose stiffness depends on the speed gives NaN, and `damped` is
+    refused. Raises `InputError` where scales are so far apart that rounding hides some of those asked for.
 
     Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
     """
-    if not order > 0:
-        raise InputError(f"order must be positive, but is {order!r}")
-    machine.check()
-    values = _undamped(machine, jnp.asarray(float(order)), at)
-    if count is None:
-        known = np.asarray(jax.lax.stop_gradient(values))
-        values = values[: int(np.sum(np.isfinite(known)))]
-    else:
-        values = values[:count]
-    if damped:
-        values = _refined(machine, values, float(order), at)
-        known = np.asarray(jax.lax.stop_gradient(values))
-        keep = np.flatnonzero(np.isfinite(known))
-        values = values[keep[np.argsort(known[keep])]]
-    return values
+    return _critical(machine, order, damped, at, count, speeds, whirl).speeds
 
 
 def critical_modes(
-    machine: Machine, order: float = 1.0, at: Any = "undeformed", count: int | None = None
+    machine: Machine,
+    order: float = 1.0,
+    at: Any = "undeformed",
+    count: int | None = None,
+    speeds: tuple[float, float] | None = None,
+    whirl: Whirl | None = None,
 ) -> list[Mode]:
     """What whirls, twists or shuttles at each of the undamped `critical_speeds`, in their order: a mode's
     `frequency` is `order` times the speed. Unbalance excites forward whirl; a backward one by unequal
-    supports alone, a torsional one hardly. Where two coincide (no gyroscopic effect) the sense of their whirl
-    means nothing. Not for use under `jit`.
+    supports alone, a torsional or axial one (`kind`) hardly. Where forward and backward whirl coincide (no
+    gyroscopic effect), each is told once. Not for use under `jit`.
     """
-    speeds = np.asarray(critical_speeds(machine, order, False, at, count))
-    rest, G1 = at_rest(machine, at)
-    M, K, G1 = (np.asarray(x) for x in (rest.M, rest.K, G1))
-    n = M.shape[0]
-    values, shapes = np.zeros(len(speeds), complex), np.zeros((n, len(speeds)), complex)
-    for k, speed in enumerate(speeds):
-        side = np.linalg.solve(M, np.hstack([-0.5 * (K + K.T), -G1 * speed]))
-        found, right = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), side]))
-        # of several at one speed each its own
-        turn = int(np.sum(np.abs(speeds[:k] / speed - 1) < 1e-9))
-        nearest = np.argsort(np.abs(found - 1j * order * speed))[turn]
-        values[k], shapes[:, k] = 1j * order * speed, right[:n, nearest]
-    # at rest no station has a sense to whirl in
-    turning = eqx.tree_at(lambda m: m.spins, rest, linearize(machine, 1.0, at).spins)
-    return named(turning, values, shapes)
+    found = _critical(machine, order, False, at, count, speeds, whirl)
+    turning = linearize_checked(machine, jnp.asarray(PROBES[-1]), at)
+    return named(turning, 1j * order * np.asarray(found.speeds), np.asarray(found.shapes))
 
 
-def at_rest(machine: Machine, at: Any) -> tuple[LinearModel, Float[Array, "n n"]]:
-    """The machine at rest, and there dG/d(speed)."""
-
-    def gyroscopic(speed):
-        model = linearize(machine, speed, at)
-        return model.G, model
-
-    zero = jnp.zeros(())
-    _, per_speed, model = jax.jvp(gyroscopic, (zero,), (jnp.ones_like(zero),), has_aux=True)
-    return model, per_speed
-
-
-@eqx.filter_jit
-def _undamped(machine: Machine, order, at) -> Array:
-    rest, G = at_rest(machine, at)
-    n = rest.M.shape[0]
-    # the complex pencil as a real one of twice the size: i becomes [[0, -1], [1, 0]]
-    G = G / order
-    mass = jnp.block([[rest.M, G], [-G, rest.M]])
-    stiffness = jnp.kron(jnp.eye(2), 0.5 * (rest.K + rest.K.T))
-    values, _, _ = eigensystem(jnp.linalg.solve(mass, stiffness))
-    squares = values.real
-    size = jnp.max(jnp.abs(squares))
-    real = (squares > 1e-12 * size) & (jnp.abs(values.imag) < 1e-6 * jnp.abs(squares))
-    speeds = jnp.where(real, jnp.sqrt(jnp.where(real, squares, 1.0)), jnp.inf) / order
-    # each root of the complex pencil and its conjugate's come in the doubled one
-    return jnp.sort(speeds)[::2][:n]
-
-
-@eqx.filter_jit
-def _refined(machine: Machine, starts: Array, order: float, at) -> Array:
-    """The speeds near `starts` at which a mode of the damped machine has `order` times that frequency."""
-
-    def near(start):
-        def gap(machine, speed):
-            values, _, _ = eigensystem(linearize(machine, speed, at).A)
-            target = order * jax.lax.stop_gradient(speed)
-            i = jnp.argmin(jnp.abs(values - 1j * target))
-            return values[i].imag - order * speed
-
-        return root(gap, machine, start, _STEPS)
-
-    return jax.lax.map(near, starts)
-
-
-def root(
-    gap: Callable[[Any, Array], Array],
-    parameters: Any,
-    start: Array,
-    steps: int,
-) -> Float[Array, ""]:
-    """The zero of `gap(parameters, x)` near `start` by the secant method, NaN where none is reached.
-    Exact derivatives by the parameters: the search is not differentiated, one Newton step after it is (the
-    implicit function theorem).
-    """
-
-    def point(x):
-        return x, jnp.full_like(x, jnp.nan)
-
-    start, still = jax.tree.map(jax.lax.stop_gradient, (start, parameters))
-    # the loop evaluates the first two points too: one copy of `gap` in the program
-    first, second = start * (1 + 1e-4), start
-
-    def step(k, state):
-        (x, y), (x_before, y_before) = state
-        given = jnp.where(k == 0, first, second)
-        flat = jnp.abs(y - y_before) <= 1e-14 * jnp.abs(x)
-        move = jnp.where(flat, 0.0, y * (x - x_before) / jnp.where(flat, 1.0, y - y_before))
-        # a fifth of the way at most: eigenvalues change their order beyond
-        new = jnp.where(k < 2, given, jnp.clip(x - move, 0.8 * x, 1.25 * x))
-        return (new, gap(still, new)), (x, y)
-
-    (x, _), _ = jax.lax.fori_loop(0, steps + 2, step, (point(first), point(first)))
-    value, slope = jax.jvp(lambda x: gap(parameters, x), (x,), (jnp.ones_like(x),))
-    out = x - value / jax.lax.stop_gradient(slope)
-    return jnp.asarray(jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan))
-
-
-def stability_threshold(
-    machine: Machine, start: float, stop: float, points: int = 61, at: Any = "undeformed"
-) -> Float[Array, ""]:
-    """The lowest speed (rad/s) between `start` and `stop` at which an oscillating mode loses its damping.
-
-    A scan of `points` speeds finds where, the secant method on Re lambda the speed itself; its derivatives by
-    every parameter are exact. Raises `InputError` where the machine stays stable (or is unstable at `start`).
-    """
+def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
+    if not order > 0:
+        raise InputError(f"order must be positive, but is {order!r}")
+    if whirl not in (None, "forward", "backward"):
+        raise InputError(f'whirl must be "forward" or "backward", but is {whirl!r}')
+    low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
+    if not 0 <= low < high:
+        raise InputError(f"speeds must be a rising range (low, high) in rad/s, but is {speeds!r}")
+    if count is not None and count < 1:
+        raise InputError(f"count must be one at least, but is {count!r}")
     machine.check()
-    speeds = np.linspace(start, stop, points)
+    order = jnp.asarray(float(order))
+    rest = at_rest(machine, order, at)
+    varies = known(rest.varies)
+    if damped:
+        if varies is None:
+            raise InputError(
+                "damped=True is a search, which `jit` and `vmap` do not go through: call it outside of them"
+            )
+        found = _damped(machine, rest, order, at, low, high, whirl, count)
+    elif varies is not None and varies:
+        found = _speed_dependent(machine, rest, order, at, low, high, whirl, count)
+    else:
+        found = _constant(machine, rest, low, high, whirl, count)
+    return found
+
+
+def _constant(machine: Machine, rest: Frozen, low, high, whirl, count) -> _Found:
+    """From the roots of one pencil."""
+    wanted = jnp.isfinite(rest.speeds) & (rest.speeds >= low) & (rest.speeds <= high)
+    if whirl is not None:
+        shares, sense = shares_and_whirl(rest)
+        lateral = shares["lateral"] > jnp.maximum(shares["axial"], shares["torsional"])
+        wanted &= lateral & ((sense if whirl == "forward" else -sense) > STRAIGHT)
+    place = jnp.argsort(jnp.where(wanted, rest.speeds, jnp.inf))
+    values = jnp.where(wanted[place], rest.speeds[place], jnp.inf)
+    hidden = (rest.lost > 0) & (place >= rest.complete)
+    numbers = known(wanted)
+    if numbers is None:
+        values = jnp.where(rest.varies | hidden, jnp.nan, values)
+        return _Found(values[:count], rest.shapes[:, place[:count]])
+    size = int(numbers.sum()) if count is None else min(count, int(numbers.sum()))
+    if rest.lost > 0:
+        told = np.append(0.0, np.asarray(known(rest.speeds)))
+        sure = float(told[int(rest.complete)])
+        short = count is None or size < count or bool(np.any(np.asarray(known(hidden))[:size]))
+        if short and high > sure:
+            raise InputError(
+                f"critical speeds: {int(rest.lost)} above {sure:.6g} rad/s are hidden by rounding, so "
+                f"far apart "
+                f"are stiffnesses and masses: ask for speeds=({low:g}, {sure:.6g}), or give rigid "
+                f"supports as `fixed`"
+            )
+    return _Found(values[:size], rest.shapes[:, place[:size]])
+
+
+def _bounds(machine: Machine, rest: Frozen, order, at, low, high) -> tuple[float, float]:
+    """The range, where it is open narrowed to that of the roots with the matrices at any speed."""
+    roots = np.asarray(known(rest.speeds))
     still = jax.tree.map(jax.lax.stop_gradient, machine)
-    growth = np.asarray(_least_damped(still, jnp.asarray(speeds), at))
-    unstable = growth > 1e-9 * np.abs(growth).max()
-    if unstable[0] or not unstable.any():
-        where = f"unstable at {start:g} rad/s already" if unstable[0] else "stable throughout"
-        raise InputError(f"no threshold from {start:g} to {stop:g} rad/s: the machine is {where}")
-    k = int(np.argmax(unstable))
-    low, high = speeds[k - 1], speeds[k]
-    s = growth[k - 1] / (growth[k - 1] - growth[k])
-    return _threshold(machine, jnp.asarray(low + s * (high - low)), at)
+    for probe in PROBES if rest.varies else ():
+        there = at_speed(still, jnp.asarray(probe), order, at)
+        roots = np.append(roots, np.asarray(there.speeds))
+    roots = roots[np.isfinite(roots) & (roots > 0)]
+    if not roots.size:
+        return 1.0, 0.0
+    return max(low, _BELOW * roots.min()), min(high, _ABOVE * roots.max())
+
+
+def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Found:
+    """Fixed points: the roots of the pencil with the matrices at the speed itself."""
+    low, high = _bounds(machine, rest, order, at, low, high)
+    still = jax.tree.map(jax.lax.stop_gradient, machine)
+
+    def curves(speed: float) -> np.ndarray:
+        return np.asarray(at_speed(still, jnp.asarray(speed), order, at).speeds)
+
+    values, shapes = [], []
+    for k, speed in crossings(curves, low, high) if low < high else ():
+        there = at_speed(still, jnp.asarray(speed), order, at)
+        if whirl is not None:
+            shares, sense = shares_and_whirl(there)
+            each = {name: float(share[k]) for name, share in shares.items()}
+            if not _wanted(max(each, key=lambda s: each[s]), float(sense[k]), whirl):
+                continue
+        values.append(_met(machine, jnp.asarray(speed), jnp.asarray(k), order, at))
+        shapes.append(there.shapes[:, k])
+        if len(values) == count:
+            break
+    n = rest.shapes.shape[0]
+    return _Found(jnp.array(values), jnp.stack(shapes, 1) if shapes else jnp.zeros((n, 0), complex))
 
 
 @eqx.filter_jit
-def _least_damped(machine: Machine, speeds: Array, at) -> Array:
-    return jax.lax.map(lambda w: _growth(machine, w, at), speeds)
+def _met(machine: Machine, near: Array, k: Array, order, at) -> Array:
+    """Newton's step, which carries the derivatives: the search is not differentiated."""
+
+    def gap(speed):
+        return at_speed(machine, speed, order, at).speeds[k] - speed
+
+    value, slope = jax.jvp(gap, (near,), (jnp.ones_like(near),))
+    return near - value / jax.lax.stop_gradient(slope)
 
 
-def _growth(machine: Machine, speed, at) -> Array:
-    """Real part of the least damped oscillating mode, 1/s."""
-    values, _, _ = eigensystem(linearize(machine, speed, at).A)
-    oscillating = values.imag > 1e-6 * jnp.max(jnp.abs(values.imag))
-    return jnp.max(jnp.where(oscillating, values.real, -jnp.inf))
+def _damped(machine, rest, order, at, low, high, whirl, count) -> _Found:
+    low, high = _bounds(machine, rest, order, at, low, high)
+    still = jax.tree.map(jax.lax.stop_gradient, machine)
+    size = rest.shapes.shape[0]
+    times = float(order)
+
+    def curves(speed: float) -> np.ndarray:
+        A = np.asarray(linearize_checked(still, jnp.asarray(speed), at).A)
+        # overdamped motions count as zero; conjugates do not count
+        return np.sort(np.maximum(scipy.linalg.eigvals(A).imag, 0.0))[-size:] / times
+
+    values: list[Array] = []
+    before = 0.0
+    turn = 0
+    for _, speed in crossings(curves, low, high) if low < high else ():
+        turn = turn + 1 if speed <= before * (1 + 1e-7) else 0
+        before = speed
+        if whirl is not None:
+            model = linearize_checked(still, jnp.asarray(speed), at)
+            kind, sense = _seen(model, times * speed, turn)
+            if not _wanted(kind, sense, whirl):
+                continue
+        values.append(_crossed(machine, jnp.asarray(speed), order, at))
+        if len(values) == count:
+            break
+    return _Found(jnp.array(values), jnp.zeros((size, len(values)), complex))
+
+
+def _seen(model: LinearModel, frequency: float, turn: int) -> tuple[str, float]:
+    """Kind and whirl of the mode of that frequency, of several there one after the other."""
+    found, shapes = lowest(model)
+    shares, sense = describe(model, told_apart(model, found, shapes))
+    near = np.argsort(np.abs(found.imag - frequency), kind="stable")[turn]
+    each = {name: float(share[near]) for name, share in shares.items()}
+    return max(each, key=lambda s: each[s]), float(sense[near])
+
+
+def _wanted(kind: str, sense: float, whirl: Whirl) -> bool:
+    return kind == "lateral" and (sense if whirl == "forward" else -sense) > STRAIGHT
 
 
 @eqx.filter_jit
-def _threshold(machine: Machine, start, at) -> Array:
-    return root(lambda m, speed: _growth(m, speed, at), machine, start, 15)
+def _crossed(machine: Machine, near: Array, order, at) -> Array:
+    """Newton's step on Im lambda(speed) = order speed."""
+
+    def gap(speed):
+        values, _, _ = eigensystem(linearize(machine, speed, at).A)
+        i = jnp.argmin(jnp.abs(values.imag - order * near) + 1e-6 * jnp.abs(values.real))
+        return values[i].imag - order * speed
+
+    value, slope = jax.jvp(gap, (near,), (jnp.ones_like(near),))
+    return near - value / jax.lax.stop_gradient(slope)

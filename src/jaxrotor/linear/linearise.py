@@ -1,7 +1,7 @@
 """The machine made linear about a steady state, from its own vector field."""
 
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -21,8 +21,10 @@ from ..solve.equilibrium import running
 from ..solve.state import State, from_flat, to_flat
 from .eigen import eigensystem
 
-# Frequencies below this part of the largest eigenvalue are rounding: a free spin's double zero splits so.
-STILL = 1e-8
+# A rounding in every product of a sum, and some to spare.
+_ROUNDING = 4 * float(np.finfo(float).eps)
+# Imaginary parts below this part of an eigenvalue are the rounding of two real ones.
+_REAL = 1e-6
 
 
 class LinearModel(eqx.Module):
@@ -51,14 +53,13 @@ class LinearModel(eqx.Module):
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
     @cached_property
-    def _system(self) -> tuple[Array, Array, Array]:
-        """Eigenvalues with the right and left eigenvectors: first those with Im > 0, by rising size."""
+    def _system(self) -> tuple[Array, Array, Array, Array]:
+        """Eigenvalues with the right and left eigenvectors: first those that oscillate (one of each pair), by
+        rising size; and which do."""
         values, right, left = eigensystem(self.A)
-        order = jnp.argsort(jnp.where(self._oscillating(values), jnp.abs(values), jnp.inf))
-        return values[order], right[:, order], left[order]
-
-    def _oscillating(self, values: Array) -> Array:
-        return values.imag > STILL * jnp.max(jnp.abs(values), initial=0.0)
+        swings = jax.lax.stop_gradient(oscillating(self.A, self.M, values, right))
+        order = jnp.argsort(jnp.where(swings, jnp.abs(values), jnp.inf))
+        return values[order], right[:, order], left[order], swings[order]
 
     @property
     def eigenvalues(self) -> Complex[Array, " d"]:
@@ -68,7 +69,7 @@ class LinearModel(eqx.Module):
     def _upper(self) -> tuple[Complex[Array, " n"], Array]:
         """The first n eigenvalues, and which oscillate; the others are replaced by i, for safety."""
         found = self.eigenvalues[: self.M.shape[0]]
-        moving = self._oscillating(self.eigenvalues)[: self.M.shape[0]]
+        moving = self._system[3][: self.M.shape[0]]
         return jnp.where(moving, found, 1j), moving
 
     @property
@@ -112,6 +113,23 @@ class LinearModel(eqx.Module):
     def row(self, place: str) -> int:
         """Row of `"main.y"` among the free coordinates; raises `InputError`."""
         return row_of(self.coordinates, place)
+
+
+def oscillating(A: Any, M: Any, values: Any, vectors: Any) -> Any:
+    """Which of the eigenvalues (m,), with eigenvectors (d, m), are those with Im > 0 of motions that some
+    force drives back; of NumPy's or JAX's arrays. A free motion's double zero splits into anything up to
+    the root of the rounding, but the forces in its shape cancel each other, whatever the scales of the
+    machine."""
+    return (values.imag > _REAL * abs(values)) & driven_back(A, M, vectors)
+
+
+def driven_back(A: Any, M: Any, vectors: Any) -> Any:
+    """Whether the forces in each of the eigenvectors (d, m) do work, beyond rounding."""
+    n = M.shape[0]
+    shapes, pull = vectors[:n], A[n : 2 * n]
+    work = abs((shapes.conj() * (M @ (pull @ vectors))).sum(axis=0))
+    parts = (abs(shapes) * (abs(M) @ (abs(pull) @ abs(vectors)))).sum(axis=0)
+    return work > _ROUNDING * len(A) * parts
 
 
 def linearize(

@@ -6,14 +6,15 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
 
-from .linearise import STILL, LinearModel
+from .linearise import LinearModel, oscillating
 
 # Below this many states all eigenvalues cost no more than a few.
 _SMALL = 150
 # Rigid-body zeros, overdamped motions and conjugates take places among those nearest to zero.
 _SPARE = 16
-# Of the largest frequency: about the lowest one of a machine of many elements.
-_SHIFT = 1e-5
+# Of the largest frequency: about the lowest one of a machine of many elements. It is lowered until it lies
+# below.
+_SHIFT, _LOWER = 1e-5, 1e-2
 # Of an eigenvector of length one, the largest entry of its coordinates.
 _MOVES = 1e-13
 
@@ -25,34 +26,37 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
     Large models by the shift-invert Lanczos-Arnoldi method near zero. Source: Lehoucq, Sorensen & Yang,
     ARPACK Users' Guide (1998).
     """
-    A = np.asarray(model.A)
-    size = A.shape[0]
+    A, M = np.asarray(model.A), np.asarray(model.M)
+    n, size = len(M), len(A)
     wanted = size if count is None else 2 * count + _SPARE
+    shift = _SHIFT * float(np.sqrt(np.linalg.norm(A, 1)))
     while True:
         if size <= _SMALL or 2 * wanted >= size:
-            found: Any = scipy.linalg.eig(A)
             wanted = size
-        else:
-            found = _near_zero(A, wanted)
-        values, vectors = found
+        values, vectors = scipy.linalg.eig(A) if wanted == size else _near(A, shift, wanted)
         # a motor's fluxes may swing where nothing moves: no mode of the machine
-        moves = np.max(np.abs(vectors[: model.M.shape[0]]), axis=0, initial=0.0) > _MOVES
-        up = np.flatnonzero(moves & (np.imag(values) > STILL * np.sqrt(np.linalg.norm(A, 1))))
-        if wanted == size or len(up) >= (count or 0):
+        moves = np.max(np.abs(vectors[:n]), axis=0, initial=0.0) > _MOVES
+        up = np.flatnonzero(moves & oscillating(A, M, values, vectors))
+        if wanted == size:
             break
-        wanted *= 2
+        lowest = np.min(np.abs(values[up]), initial=np.inf)
+        if shift > lowest:
+            shift *= _LOWER
+        elif len(up) < (count or 0):
+            wanted *= 2
+        else:
+            break
     up = up[np.argsort(np.abs(values[up]), kind="stable")][:count]
-    shapes = vectors[: model.M.shape[0], up]
+    shapes = vectors[:n, up]
     rows = np.argmax(np.abs(shapes), axis=0)
     return values[up], shapes / shapes[rows, np.arange(len(up))]
 
 
-def _near_zero(A: np.ndarray, count: int) -> Any:
+def _near(A: np.ndarray, shift: float, count: int) -> Any:
     """The `count` eigenvalues nearest to a small shift (with which rigid-body zeros can be solved) and
     their vectors; all of them where the iteration does not settle."""
     n = A.shape[0]
     balanced, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
-    shift = _SHIFT * np.sqrt(np.linalg.norm(A, 1))
     factors = scipy.linalg.lu_factor(balanced - shift * np.eye(n))
     inverse: Any = scipy.sparse.linalg.LinearOperator(
         (n, n),

@@ -1,5 +1,6 @@
 """Vibration at so many times the speed, under what turns with the shaft: unbalance, engine orders."""
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,10 +18,12 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.turning import root
 from ..machine.wiring import unknown
+from ..parameter import known
 from ..protocol import Geared, Nominal
 from ..solve.state import State, to_flat
 from .linearise import coordinate_order, holding, internal_order, linearize
 from .observe import observe, outputs_of, sensitivity
+from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
@@ -64,15 +67,17 @@ def unbalance_response(
     state of the balanced one has at once per turn (so static and dynamic unbalance, imperfections and any
     part that turns with the shaft count alike). The motion is Re(value e^(i phi)), phi the shaft's angle.
 
+    Where an undamped mode is excited at its own frequency the response is inf, with a warning.
+
     `outputs`: as for `frequency_response`. `shaft`: where shafts turn at different speeds, a station of
     the one whose unbalance is meant; its own speed is then the frequency. By default the driven one.
     """
     check_kind(kind)
     found = _at_orders(machine, outputs, speeds, (1.0,), at, shaft)
+    values = found.values[:, 0]
     rate = (1j * found.speeds[:, None]) ** POWER[kind]
-    return FrequencyResponse(
-        found.speeds, found.values[:, 0] * rate, found.outputs, (), kind, found.units
-    )
+    values = jnp.where(jnp.isinf(values), values, values * rate)
+    return FrequencyResponse(found.speeds, values, found.outputs, (), kind, found.units)
 
 
 def order_response(
@@ -106,6 +111,15 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     if geared:
         machine = _only(machine, _members(machine, shaft))
     values = _amplitudes(machine, found, speeds, orders, at, shaft if geared else None)
+    numbers = known(values)
+    if numbers is not None and np.any(np.isinf(numbers)):
+        s, k, _ = np.argwhere(np.isinf(numbers))[0]
+        warnings.warn(
+            f"the response to order {orders[k]:g} at {float(speeds[s]):.6g} rad/s has no bound, for an "
+            f"undamped mode is "
+            "excited at its own frequency: it is given as inf; leave that speed out, or damp the machine",
+            stacklevel=3,
+        )
     units = tuple(o.unit for o in found)
     return OrderResponse(speeds, values, orders, outputs, units)
 
@@ -151,8 +165,18 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
 
         def at_order(k):
             share = 2 / count * jnp.exp(-1j * k * angles)
-            whirl = solve(model.A, k * turn * speed, share @ as_complex(forces))
-            return as_complex(C) @ whirl + share @ as_complex(direct)
+            force, w = share @ as_complex(forces), k * turn * speed
+            whirl = solve(model.A, w, force)
+
+            def response(s):
+                return as_complex(C) @ solve(model.A, s, force)
+
+            found = jax.lax.cond(
+                nearly_unbounded(model.A, w, whirl, force),
+                lambda: beside_poles(response, poles_of(model), w),
+                lambda: as_complex(C) @ whirl,
+            )
+            return found + share @ as_complex(direct)
 
         return jnp.stack([at_order(k) for k in orders])
 

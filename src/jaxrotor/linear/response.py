@@ -1,5 +1,6 @@
 """Steady vibration under harmonic forces."""
 
+import warnings
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -12,9 +13,11 @@ from jaxtyping import Array, Complex, Float
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..machine.system import assemble
+from ..parameter import known
 from ..solve.state import to_flat
 from .linearise import LinearModel, coordinate_order, internal_order, linearize
 from .observe import Output, outputs_of, sensitivity
+from .poles import beside_poles, poles_of
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -61,7 +64,9 @@ def frequency_response(
     - `frequencies`: rad/s. - `kind`: the output, its rate, or its second derivative per unit force.
 
     A torque at `"engine.phi"` and `"shaft.torque"` out is the forced torsional vibration. Differentiable,
-    and by `jax.vmap` over machines and speeds.
+    and by `jax.vmap` over machines and speeds. Where a response has no bound (a free spin at 0 rad/s, a mode
+    damped by less than 1e-9 at its own frequency) it is inf, with a warning; what does not meet that
+    motion is finite there too.
     """
     check_kind(kind)
     inputs, outputs = as_names(inputs), as_names(outputs)
@@ -71,12 +76,34 @@ def frequency_response(
     columns = np.array([model.row(i) for i in inputs])
     C = output_rows(machine, found, model)
 
-    def one(w):
-        return as_complex(C) @ solve(model.A, w, model.B[:, columns]) * (1j * w) ** POWER[kind]
-
-    values = jax.lax.map(one, frequencies)
+    values = _responses(model, C, columns, frequencies, POWER[kind])
+    _warn_unbounded(values, frequencies, outputs, inputs)
     return FrequencyResponse(
         frequencies, values, outputs, inputs, kind, tuple(o.unit for o in found)
+    )
+
+
+@eqx.filter_jit
+def _responses(model: LinearModel, C: Array, columns: np.ndarray, frequencies, power: int) -> Array:
+    poles = poles_of(model)
+
+    def response(s):
+        return as_complex(C) @ solve(model.A, s, model.B[:, columns]) * s**power
+
+    return jax.lax.map(lambda w: beside_poles(response, poles, w), frequencies)
+
+
+def _warn_unbounded(values: Array, frequencies: Array, outputs, inputs) -> None:
+    numbers = known(values)
+    if numbers is None or not np.any(np.isinf(numbers)):
+        return
+    f, o, i = np.argwhere(np.isinf(numbers))[0]
+    warnings.warn(
+        f"`{outputs[o]}` by `{inputs[i]}` at {float(frequencies[f]):.6g} rad/s has no bound, for "
+        f"nothing holds or "
+        "damps that motion: it is given as inf; leave that frequency out, damp the motion, or hold it "
+        "by `fixed`",
+        stacklevel=3,
     )
 
 
@@ -110,8 +137,10 @@ def as_complex(x: Array) -> Array:
 
 
 def solve(A: Array, w: Array, b: Array) -> Array:
-    """(i w - A)^-1 b, rows and columns scaled to a like size."""
-    matrix = jax.lax.complex(-A, w * jnp.eye(A.shape[0]))
+    """(i w - A)^-1 b, for a real w, or (w - A)^-1 b for a complex one; rows and columns scaled to a like
+    size."""
+    s = w if jnp.iscomplexobj(w) else jax.lax.complex(jnp.zeros_like(w), w)
+    matrix = s * jnp.eye(A.shape[0]) - as_complex(A)
     rows = jax.lax.stop_gradient(jnp.max(jnp.abs(matrix), axis=1))
     scaled = matrix / rows[:, None]
     columns = jax.lax.stop_gradient(jnp.max(jnp.abs(scaled), axis=0))

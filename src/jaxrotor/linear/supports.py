@@ -12,8 +12,7 @@ from ..attach.support import LinearSupport, SpeedDependentSupport
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from .critical import at_rest
-from .modes import whirl_of
+from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
 
 
 class CriticalSpeedMap(eqx.Module):
@@ -59,31 +58,43 @@ def critical_speed_map(
     without = machine
     for name in names:
         without = _without(without, name)
-    rest, G = at_rest(without, "undeformed")
-    lateral = np.array(
-        [i for i, (_, c) in enumerate(rest.coordinates) if c in ("x", "y", "psi", "theta")]
-    )
-    grid = np.ix_(lateral, lateral)
-    labels = tuple(rest.coordinates[i] for i in lateral)
-    held = np.zeros(lateral.size)
-    for name in names:
-        ((station, _),) = machine.wiring.ends[machine.wiring.connectors.index(name)]
-        for i, (s, c) in enumerate(labels):
-            held[i] += s == machine.wiring.stations[station] and c in ("x", "y")
-    M, K = (np.asarray(x)[grid] for x in (rest.M, rest.K))
-    whirling = M - 1j * np.asarray(G)[grid]  # K u = w² (M - i G1) u
+    rest, held = _lateral(without, machine, names)
     found = np.full((stiffness.size, count), np.nan)
     for i, k in enumerate(tqdm(stiffness, "critical speeds", disable=not progress, leave=False)):
-        squares, shapes = np.linalg.eig(
-            np.linalg.solve(whirling, 0.5 * (K + K.T) + k * np.diag(held))
-        )
-        size = np.abs(squares).max()
-        straight = np.abs(np.imag(squares)) < 1e-6 * np.abs(squares)
-        real = (np.real(squares) > 1e-12 * size) & straight
-        forward = real & (whirl_of(labels, np.abs(np.diag(M)), shapes, np.ones(lateral.size)) > 0)
-        speeds = np.sort(np.sqrt(np.real(squares)[forward]))[:count]
+        there = _supported(rest, jnp.asarray(held), jnp.asarray(k))
+        speeds = np.asarray(there.speeds)
+        forward = np.isfinite(speeds) & (np.asarray(shares_and_whirl(there)[1]) > 0)
+        if int(there.lost) and np.sum(forward[: int(there.complete)]) < count:
+            raise InputError(
+                f"stiffness: with {k:g} N/m critical speeds are hidden by rounding: take less, or hold these "
+                "stations by `fixed`"
+            )
+        speeds = speeds[forward][:count]
         found[i, : speeds.size] = speeds
     return CriticalSpeedMap(stiffness, found, names, {name: _own(known[name]) for name in names})
+
+
+def _lateral(
+    without: Machine, machine: Machine, names: tuple[str, ...]
+) -> tuple[Matrices, np.ndarray]:
+    """The lateral motions of the machine without its supports, and how often each is held by them."""
+    rest = matrices_at_rest(without, "undeformed")
+    rows = np.array(
+        [i for i, (_, c) in enumerate(rest.coordinates) if c in ("x", "y", "psi", "theta")]
+    )
+    held = np.zeros(rows.size)
+    for name in names:
+        ((station, _),) = machine.wiring.ends[machine.wiring.connectors.index(name)]
+        for i, row in enumerate(rows):
+            place, c = rest.coordinates[row]
+            held[i] += place == machine.wiring.stations[station] and c in ("x", "y")
+    return rest.part(rows), held
+
+
+@eqx.filter_jit
+def _supported(rest: Matrices, held, k) -> Frozen:
+    supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * jnp.diag(held))
+    return solved(supported, jnp.ones(()))
 
 
 def _without(machine: Machine, name: str) -> Machine:

@@ -9,11 +9,15 @@ import numpy as np
 from ..errors import InputError
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.wiring import unknown
 from ..protocol import AbstractConnector, Signalling
 from .linearise import LinearModel, linearize
 from .lowest import lowest
 from .observe import outputs_of
 from .response import output_rows
+
+# Of the highest speed, up to which meetings are told.
+_BEYOND = 1.5
 
 
 class TorsionalMode(NamedTuple):
@@ -21,7 +25,8 @@ class TorsionalMode(NamedTuple):
 
     - `name`: "torsional 1", ...; `frequency`: rad/s; `damping_ratio`.
     - `angles`: station -> complex angle, rad.
-    - `torques`: shaft, coupling or gear -> complex torque in it, N·m (a gear's tooth force, N).
+    - `torques`: shaft, coupling or gear -> complex torque in it, N·m; of a gear that upon its first wheel,
+      whose `tooth_forces` (N) are told too.
     - `inertia_torques`: station -> what its inertia asks for, N·m: Holzer's column `J w² angle`.
     """
 
@@ -31,6 +36,7 @@ class TorsionalMode(NamedTuple):
     angles: dict[str, complex]
     torques: dict[str, complex]
     inertia_torques: dict[str, complex]
+    tooth_forces: dict[str, complex] = {}
 
 
 class Interference(NamedTuple):
@@ -41,6 +47,15 @@ class Interference(NamedTuple):
     order: float
     speed: float
     separation: float
+
+
+def _ratio(machine: Machine, shaft: str) -> float:
+    """How many times as fast as the driven shaft that of a station turns."""
+    stations = machine.wiring.stations
+    if shaft not in stations:
+        raise InputError(f"shaft: {unknown('station', shaft, stations)}")
+    spins = linearize(machine, 1.0, "undeformed").state.velocity[:, 5]
+    return abs(float(spins[stations.index(shaft)]))
 
 
 def torsional(model: LinearModel) -> LinearModel:
@@ -77,7 +92,10 @@ def torsional_modes(
     model = linearize(machine, speed, at)
     twisting = torsional(model)
     values, shapes = lowest(twisting, count)
-    names = _carriers(machine)
+    carriers = _carriers(machine)
+    names = tuple(
+        dict.fromkeys(signal for pair in carriers.values() for signal, _ in pair.values())
+    )
     C = np.asarray(output_rows(machine, outputs_of(machine, model.coordinates, names), model))
     n = model.M.shape[0]
     rows = [i for i, (_, c) in enumerate(model.coordinates) if c == "phi"]
@@ -93,36 +111,57 @@ def torsional_modes(
         drive = inside[:, : 2 * len(rows)] @ np.concatenate([shape, value * shape])
         state[2 * n :] = np.linalg.solve(value * np.eye(len(own)) - own, drive)
         size = abs(value)
+        seen = dict(zip(names, map(complex, C @ state)))
+        torques, forces = (
+            {
+                name: factor * seen[signal]
+                for name, pair in carriers.items()
+                if what in pair
+                for signal, factor in [pair[what]]
+            }
+            for what in ("torque", "force")
+        )
         found.append(
             TorsionalMode(
                 f"torsional {k + 1}",
                 float(value.imag),
                 float(-value.real / size),
                 dict(zip(stations, map(complex, shape))),
-                dict(zip((name.rpartition(".")[0] for name in names), map(complex, C @ state))),
+                torques,
                 dict(zip(stations, map(complex, size**2 * (M @ shape)))),
+                forces,
             )
         )
     return found
 
 
-def _carriers(machine: Machine) -> tuple[str, ...]:
-    """Of each shaft, coupling and gear the signal that says what it carries."""
+def _carriers(machine: Machine) -> dict[str, dict[str, tuple[str, float]]]:
+    """Of each shaft, coupling and gear the output and its factor that give the "torque" it carries, and of
+    a gear the "force" in its teeth."""
     lineup = structure_of(machine)
-    names, found = iter(lineup.wiring.connectors), []
+    names = iter(lineup.wiring.connectors)
+    found: dict[str, dict[str, tuple[str, float]]] = {}
     for block in lineup.connectors:
         one = block.one()
         offered = one.signals if isinstance(one, Signalling) else {}
-        signal = next((s for s in ("torque", "tooth_force") if s in offered), None)
         for _ in range(len(block)):
             name = next(names)
-            if signal is not None and isinstance(one, AbstractConnector):
-                found.append(f"{name}.{signal}")
-    return tuple(found)
+            if not isinstance(one, AbstractConnector):
+                continue
+            if "torque" in offered:
+                found[name] = {"torque": (f"{name}.torque", 1.0)}
+            elif "tooth_force" in offered:
+                # the force ON the first wheel brakes it where it drives
+                found[name] = {
+                    "torque": (f"{name}.force.phi", -1.0),
+                    "force": (f"{name}.tooth_force", 1.0),
+                }
+    return found
 
 
 def holzer_table(mode: TorsionalMode) -> str:
-    """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part."""
+    """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part, of a
+    gear that upon its first wheel, and the force in its teeth."""
     w = mode.frequency
     lines = [f"{mode.name}: {w:.6g} rad/s, {w / (2 * np.pi):.6g} Hz"]
     width = max(map(len, ("station", *mode.angles, *mode.torques)))
@@ -130,8 +169,12 @@ def holzer_table(mode: TorsionalMode) -> str:
     for name, angle in mode.angles.items():
         torque = mode.inertia_torques[name]
         lines.append(f"{name.ljust(width)}  {angle.real:12.6f}  {torque.real:16.6g}")
-    lines.append(f"{'between'.ljust(width)}  {'torque, N·m':>12}")
-    lines += [f"{name.ljust(width)}  {t.real:12.6g}" for name, t in mode.torques.items()]
+    teeth = f"  {'tooth force, N':>16}" if mode.tooth_forces else ""
+    lines.append(f"{'between'.ljust(width)}  {'torque, N·m':>12}{teeth}")
+    for name, t in mode.torques.items():
+        force = mode.tooth_forces.get(name)
+        own = "" if force is None else f"  {force.real:16.6g}"
+        lines.append(f"{name.ljust(width)}  {t.real:12.6g}{own}")
     return "\n".join(lines)
 
 
@@ -139,18 +182,28 @@ def interferences(
     machine: Machine,
     orders: Sequence[float],
     speeds: tuple[float, float],
-    count: int = 6,
+    count: int | None = None,
     at: Any = "undeformed",
+    shaft: str | None = None,
 ) -> list[Interference]:
     """Where the `orders` of excitation (periods in a turn) meet torsional frequencies, by rising speed.
-    `speeds`: the range (rad/s) in which the machine runs; the modes are those at its middle."""
+
+    - `speeds`: the range (rad/s) in which the machine runs; the modes are those at its middle.
+    - `shaft`: a station, by default the driven one. The turns that an order counts are those of its shaft,
+      and all speeds are its own: behind gears another answer.
+    - `count`: of the lowest modes that are looked at; by default all that some order can meet up to one and a
+      half times the highest speed.
+    """
     low, high = map(float, speeds)
     if not 0 < low <= high:
         raise InputError(f"speeds must be a positive range (low, high) in rad/s, but is {speeds!r}")
     if not all(order > 0 for order in orders):
         raise InputError(f"orders must be positive, but are {tuple(orders)!r}")
     found = []
-    for mode in torsional_modes(machine, 0.5 * (low + high), count, at):
+    ratio = 1.0 if shaft is None else _ratio(machine, shaft)
+    for mode in torsional_modes(machine, 0.5 * (low + high) / ratio, count, at):
+        if count is None and mode.frequency > _BEYOND * high * max(orders, default=0.0):
+            continue
         for order in orders:
             speed = mode.frequency / order
             gap = max(1 - speed / low, speed / high - 1, 0.0)

@@ -1,11 +1,19 @@
 """Does each connector act at as many places as it is given, and has every station some inertia?"""
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 import jax
 import jax.numpy as jnp
 
 from ..errors import InputError
-from ..protocol import AbstractElement, Acting, Carried, Linear, Massive, Stateful
+from ..kinematics import COORDINATES
+from ..parameter import known
+from ..protocol import AbstractElement, Acting, Carried, Carrying, Linear, Massive, Stateful
 from .lineup import Lineup
+
+if TYPE_CHECKING:
+    from .machine import Machine
 
 
 def check_ends(lineup: Lineup) -> None:
@@ -42,6 +50,35 @@ def check_carried(lineup: Lineup) -> None:
                         "a FiniteElementShaft or RigidElementShaft beside it, or make it a Rotor"
                     )
         member += len(block)
+
+
+def massless(machine: "Machine") -> Iterator[str]:
+    """What stations without inertia of their own lack where no shaft with mass helps, in sentences."""
+    wiring = machine.wiring
+    for k, (name, station) in enumerate(zip(wiring.stations, machine.stations)):
+        own = station.own_mass() if isinstance(station, Carried) else None
+        if own is None:
+            continue
+        beside = [
+            (c, [s for s, _ in ends].index(k))
+            for c, ends in zip(machine.connectors, wiring.ends)
+            if isinstance(c, Massive | Carrying) and any(s == k for s, _ in ends)
+        ]
+        if any(isinstance(c, Carrying) for c, _ in beside):
+            continue
+        added = [jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6] for c, end in beside]
+        if any(x.shape != (6,) for x in added):  # at too few places: `check_ends` says so
+            continue
+        inertia = known(sum(added, jnp.diagonal(own)))
+        held = {h.coordinate for h in wiring.held if h.station == k}
+        bare = [c for i, c in enumerate(COORDINATES) if i not in held and inertia is not None]
+        bare = [c for c in bare if not inertia[COORDINATES.index(c)] > 0]  # pyright: ignore
+        if bare:
+            yield (
+                f"`{name}`: has no inertia along {', '.join(bare)}, but moves there: give its "
+                f"AddedInertia some "
+                "(kg, kg*m^2), or hold these coordinates by `fixed`"
+            )
 
 
 def _acts_at(element: AbstractElement, given: int) -> int | str:

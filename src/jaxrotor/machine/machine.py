@@ -21,7 +21,7 @@ from ..protocol import (
     Ended,
     Lumping,
 )
-from .ends import check_carried, check_ends
+from .ends import check_carried, check_ends, massless
 from .lineup import structure_of
 from .paths import driven_unit, field_of, resolve, walk
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
@@ -237,6 +237,8 @@ class Machine(eqx.Module):
         for held in self.wiring.held:
             if held.motion != FIXED:
                 found.extend(problems(self.motions[held.motion], self._held_path(held)))
+        if not found:
+            found.extend(massless(self))
         if found:
             raise InputError(*found)
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..linear import Campbell
+from ..linear.modes import Mode, word_of
 from .style import COLOURS, GREY, figure, label, legend
 
 RPM = 30 / np.pi
@@ -17,13 +18,11 @@ HERTZ = 1 / (2 * np.pi)
 _LOOK = {
     "forward": (COLOURS[0], "-", "^"),
     "backward": (COLOURS[1], "--", "v"),
-    "to and fro": (GREY, "-", "o"),
+    "mixed": (GREY, "-", "o"),
     "torsional": (COLOURS[2], "-.", "s"),
     "axial": (COLOURS[3], (0, (1, 1)), "D"),
 }
 _UNSTABLE = "#FBE3DC"
-# Below this share of circularity a whirl has no direction worth a colour.
-_STRAIGHT = 1e-3
 # Crossings closer than this part of the width share one label.
 _CLOSE = 0.04
 _PREFIXES = ((1.0, 1.0, ""), (1e-3, 1e3, "m"), (1e-6, 1e6, "µ"), (1e-9, 1e9, "n"), (0, 1e12, "p"))
@@ -32,14 +31,15 @@ _PREFIXES = ((1.0, 1.0, ""), (1e-3, 1e3, "m"), (1e-6, 1e6, "µ"), (1e-9, 1e9, "n
 def campbell_diagram(
     campbell: Campbell,
     orders: Sequence[float] = (1.0,),
-    critical: Sequence[float] | Mapping[float, Sequence[float]] | None = None,
+    critical: Sequence[float | Mode] | Mapping[float, Sequence[float | Mode]] | None = None,
     damping: Literal["ratio", "decrement"] = "ratio",
 ) -> Figure:
     """Frequencies over speed with the lines of `orders` and their crossings; below, where anything is
     damped, the damping ratio or the log decrement, with what is unstable shaded.
 
-    `critical`: speeds (rad/s) to mark instead of the interpolated crossings: those of the first order,
-    or for each order its own. Modes far above all order lines are left out, and a note counts them.
+    `critical`: speeds (rad/s), or `critical_modes`, to mark instead of the interpolated crossings: those
+    of the first order, or for each order its own. Torsional and axial ones, which unbalance does not
+    excite, are small squares. Modes far above all order lines are left out, and a note counts them.
     """
     rpm = RPM * np.asarray(campbell.speeds)
     hertz = HERTZ * np.asarray(campbell.frequencies)
@@ -75,10 +75,7 @@ def campbell_diagram(
         _order_line(ax, order, rpm, top)
     for order in orders:
         given = critical if isinstance(critical, Mapping) else {orders[0]: critical}
-        speeds = given.get(order)
-        if speeds is None:
-            speeds = [w for found in campbell.crossings(order).values() for w in found]
-        _mark(ax, order, np.asarray(speeds, float), rpm, top)
+        _mark(ax, order, _meetings(campbell, order, given.get(order)), rpm, top)
     ax.set_ylim(0, top)
     ax.set_xlim(rpm[0], rpm[-1])
     label(ax, "" if damped else "speed, rpm", "frequency, Hz")
@@ -145,22 +142,17 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
 
 
 def _classes(campbell: Campbell) -> np.ndarray:
-    """(n, m) of the names in _LOOK. At rest, and where a whirl is straight, a mode has the direction
-    that it has at the nearest speed where it has one."""
+    """(n, m) of the names in _LOOK: what `modes` calls each mode there. At rest, where no whirl has a sense,
+    what it is at the nearest speed."""
     speeds = np.asarray(campbell.speeds)
     out = np.empty(campbell.whirl.shape, dtype="<U10")
+    turning = np.flatnonzero(np.abs(speeds) > 1e-9 * np.abs(speeds).max())
+    nearest = turning[np.argmin(np.abs(speeds[:, None] - speeds[turning][None]), axis=1)]
     for k, kind in enumerate(campbell.kinds):
         if kind != "lateral":
             out[:, k] = kind
             continue
-        turning = np.where(np.abs(campbell.whirl[:, k]) > _STRAIGHT, campbell.whirl[:, k], 0.0)
-        turning[np.abs(speeds) < 1e-9 * np.abs(speeds).max()] = 0.0
-        known = np.flatnonzero(turning)
-        if not known.size:
-            out[:, k] = "to and fro"
-            continue
-        near = known[np.argmin(np.abs(speeds[:, None] - speeds[known][None]), axis=1)]
-        out[:, k] = np.where(turning[near] > 0, "forward", "backward")
+        out[:, k] = [word_of(campbell.whirl[i, k]) for i in nearest]
     return out
 
 
@@ -198,13 +190,14 @@ def _legend_of(ax: Axes, classes: np.ndarray) -> None:
 
 
 def _order_line(ax: Axes, order: float, rpm: np.ndarray, top: float) -> None:
-    ends = rpm[[0, -1]]
+    ends = np.unique([rpm[0], *([0.0] if rpm[0] < 0 < rpm[-1] else []), rpm[-1]])
     ax.plot(ends, order * np.abs(ends) / 60, color="black", linewidth=0.9)
     # the label stands on the line where it leaves the frame, or at four fifths of it
-    at = min(0.86 * rpm[-1], 0.93 * top * 60 / order)
+    far = rpm[np.argmax(np.abs(rpm))]
+    at = np.sign(far) * min(0.86 * abs(far), 0.93 * top * 60 / order)
     ax.annotate(
         f"{order:g}×",
-        (at, order * at / 60),
+        (at, order * abs(at) / 60),
         xytext=(-3, 3),
         textcoords="offset points",
         ha="right",
@@ -214,11 +207,32 @@ def _order_line(ax: Axes, order: float, rpm: np.ndarray, top: float) -> None:
     )
 
 
-def _mark(ax: Axes, order: float, speeds: np.ndarray, rpm: np.ndarray, top: float) -> None:
-    """Crossings, as circles with their speeds; those too close for two labels share one."""
-    at = np.sort(RPM * speeds)
-    at = at[(at >= rpm[0]) & (at <= rpm[-1]) & (order * at / 60 < top)]
-    ax.plot(at, order * at / 60, "o", markerfacecolor="white", markeredgecolor="black", zorder=5)
+def _meetings(
+    campbell: Campbell, order: float, given: Sequence[float | Mode] | None
+) -> list[tuple[float, bool]]:
+    """Speeds, rad/s, at which an order meets modes, and whether they are lateral ones."""
+    if given is None:
+        kinds = dict(zip(campbell.names, campbell.kinds))
+        found = campbell.crossings(order)
+        return [(w, kinds[name] == "lateral") for name, each in found.items() for w in each]
+    return [
+        (x.frequency / order, x.kind == "lateral") if isinstance(x, Mode) else (float(x), True)
+        for x in given
+    ]
+
+
+def _mark(
+    ax: Axes, order: float, meetings: list[tuple[float, bool]], rpm: np.ndarray, top: float
+) -> None:
+    """Crossings, as circles or squares with their speeds; those too close for two labels share one."""
+    met = sorted((RPM * w, lateral) for w, lateral in meetings)
+    met = [m for m in met if rpm[0] <= m[0] <= rpm[-1] and order * abs(m[0]) / 60 < top]
+    at = np.array([x for x, _ in met])
+    for marker, size, chosen in (("o", 6, True), ("s", 4, False)):
+        mine = np.array([x for x, lateral in met if lateral == chosen])
+        look: dict[str, Any] = dict(markerfacecolor="white", markeredgecolor="black", zorder=5)
+        if mine.size or chosen:
+            ax.plot(mine, order * abs(mine) / 60, marker, markersize=size, **look)
     groups: list[list[float]] = []
     for x in at:
         if groups and x - groups[-1][-1] < _CLOSE * (rpm[-1] - rpm[0]):
@@ -226,7 +240,7 @@ def _mark(ax: Axes, order: float, speeds: np.ndarray, rpm: np.ndarray, top: floa
         else:
             groups.append([float(x)])
     for group in groups:
-        x, y = group[-1], order * group[-1] / 60
+        x, y = group[-1], order * abs(group[-1]) / 60
         right = x > 0.85 * rpm[-1]
         ax.annotate(
             ", ".join(dict.fromkeys(f"{v:.4g}" for v in group)) + " rpm",

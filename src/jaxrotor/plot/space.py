@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ..linear.modes import word_of
 from . import deflection
 from .deflection import PHI, PITCH, Axis, Places, X, Y, Z
 from .linear import _LOOK
@@ -14,7 +15,7 @@ from .style import GREY
 
 # Below this share of circularity an orbit has no direction worth a colour; orbits smaller than this
 # part of the largest cannot be seen.
-_STRAIGHT, _POINT = 1e-3, 5e-3
+_POINT = 5e-3
 # How far the largest twist turns its spoke (rad), and how far the largest axial displacement moves its
 # station (part of the machine's length).
 _TURN, _SHIFT = 1.0, 0.08
@@ -100,7 +101,7 @@ def _whirl(ax, where: Places, lines, dots, senses, shown) -> None:
     turning = senses * deflection.turning(dots[:, X], dots[:, Y])
     reach = deflection.major(dots[:, X], dots[:, Y]) / size
     for z, lane, turn, radius, amplitude in zip(where.z, where.lanes, turning, reach, dots):
-        name = "to and fro" if abs(turn) < _STRAIGHT else "forward" if turn > 0 else "backward"
+        name = word_of(float(turn))
         colour, style, _ = _LOOK[name]
         x, y = (np.real(amplitude[k] * now * np.exp(1j * _ANGLES)) for k in (X, Y))
         base = -PITCH * lane

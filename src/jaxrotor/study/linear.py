@@ -80,14 +80,11 @@ def run_campbell(
         raise InputError("`--orders`: must be positive numbers, such as --orders 1,2")
     speeds = np.linspace(0.0, reach, points)
     found = campbell(machine, speeds, positive(count, "--modes"), progress=True)
-    at_speed = {
-        order: [m for m in critical_modes(machine, order) if m.frequency <= order * reach]
-        for order in orders
-    }
+    at_speed = {order: critical_modes(machine, order, speeds=(0.0, reach)) for order in orders}
     critical = {order: [m.frequency / order for m in each] for order, each in at_speed.items()}
     folder = out if out is not None else Path("results") / f"{study.name}_campbell"
     with folder_written_whole(folder, force) as part:
-        save_figure(campbell_diagram(found, orders, critical), part / "campbell.png")
+        save_figure(campbell_diagram(found, orders, at_speed), part / "campbell.png")
         header = ["speed, rad/s"]
         header += [f"{n}, {q}" for n in found.names for q in ("rad/s", "damping ratio", "whirl")]
         columns = np.stack([found.frequencies, found.damping_ratios, found.whirl], axis=-1)
@@ -99,6 +96,7 @@ def run_campbell(
             "modes": list(found.names),
             "critical_speeds_rad_s": {f"{order:g}x": w for order, w in critical.items()},
             "critical_modes": {f"{o:g}x": [m.name for m in each] for o, each in at_speed.items()},
+            "critical_kinds": {f"{o:g}x": [m.kind for m in each] for o, each in at_speed.items()},
             "critical_speeds_are": "undamped, the frequency so many times the speed, machine undeformed",
         }
         save_json(part / "summary.json", summary)
@@ -108,6 +106,7 @@ def run_campbell(
             f"critical speeds{times} up to {reach * RPM:.6g} rpm (undamped):{'' if each else ' none'}"
         )
         for mode in each:
-            print(f"  {mode.frequency / order * RPM:10.6g} rpm  {mode.name}")
+            unmoved = "" if mode.kind == "lateral" else "  (unbalance does not excite it)"
+            print(f"  {mode.frequency / order * RPM:10.6g} rpm  {mode.name}{unmoved}")
     print(f"{folder}/: campbell.csv, campbell.png, summary.json")
     return 0

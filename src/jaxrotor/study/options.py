@@ -27,11 +27,11 @@ def reach_of(study: "Study", top: str | None) -> float:
     from ..solve.plan import top_speed
 
     reach = speed_of(top, "--to")
-    if reach is None:
+    if reach is None and study.simulation is not None:
         reach = 1.2 * top_speed(study.machine, study.settings.t_end, study.settings.speed)[1]
-    if not reach > 0:
+    if reach is None or not reach > 0:
         raise InputError(
-            "`--to`: the highest speed must be positive, and this machine's drive gives none: write "
+            "`--to`: the highest speed must be positive, and this study's drive gives none: write "
             '--to "6000 rpm"'
         )
     return reach

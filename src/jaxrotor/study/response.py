@@ -1,5 +1,7 @@
 """What `jaxrotor response` does: the response to unbalance over speed, or to a harmonic force."""
 
+import dataclasses
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +9,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
 from .options import RPM, names_of, reach_of, speed_of, study_name
+from .peaks import sampled
 from .study import Study
 from .written import save_figure, save_table
 
@@ -21,12 +24,13 @@ def run_response(
     out: Path | None,
     force: bool,
 ) -> int:
-    """The response to unbalance over speed, or with `force_at` to a harmonic force over frequency."""
+    """The response to unbalance over speed, or with `force_at` to a harmonic force over frequency: at
+    `points` evenly spread, and more of them at the peaks."""
     import jax.numpy as jnp
 
     from ..linear.critical import critical_modes
     from ..linear.orders import unbalance_response
-    from ..linear.response import frequency_response
+    from ..linear.response import FrequencyResponse, frequency_response
     from ..plot.response import bode, polar
 
     machine = study.machine
@@ -34,21 +38,39 @@ def run_response(
         raise InputError(f"`--points`: must be two at least, but is {points}")
     names = names_of(outputs) if outputs else _watched(study)
     reach = reach_of(study, top)
-    along = jnp.linspace(0.0, reach, points + 1)[1:]
+    grid = np.linspace(0.0, reach, points + 1)[1:]
     if force_at is None:
         if speed is not None:
             raise InputError(
                 "`--speed`: goes with --at; the response to unbalance is over all speeds"
             )
-        found = unbalance_response(machine, names, along)
         # those that unbalance excites
-        critical = np.array([m.frequency for m in critical_modes(machine) if m.kind == "lateral"])
-        critical = critical[critical <= reach]
+        found = critical_modes(machine, speeds=(0.0, reach))
+        critical = np.array([m.frequency for m in found if m.kind == "lateral"])
     else:
-        forces = names_of(force_at)
-        found = frequency_response(machine, forces, names, along, speed_of(speed, "--speed") or 0.0)
+        forces, turning = names_of(force_at), speed_of(speed, "--speed") or 0.0
         critical = np.zeros(0)
-    values = np.asarray(found.values).reshape(points, -1)
+
+    def respond(along: np.ndarray) -> FrequencyResponse:
+        if force_at is None:
+            return unbalance_response(machine, names, along)
+        return frequency_response(machine, forces, names, along, turning)
+
+    first: list[FrequencyResponse] = []
+
+    def evaluate(along: np.ndarray) -> np.ndarray:
+        first.append(respond(along))
+        return np.asarray(first[-1].values).reshape(len(along), -1)
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*has no bound")  # said below, for each output
+        along, values, settled = sampled(evaluate, grid)
+    finite = np.all(np.isfinite(values), axis=1)
+    along, values = along[finite], values[finite]
+    shape = (len(along), *first[0].values.shape[1:])
+    found = dataclasses.replace(
+        first[0], frequencies=jnp.asarray(along), values=jnp.asarray(values.reshape(shape))
+    )
     if not np.abs(values).max() > 0:
         raise InputError(
             f"{', '.join(names)}: nothing moves there: the machine has no unbalance (give a Rotor one), or "
@@ -67,7 +89,7 @@ def run_response(
             header += [f"{line}, {unit}", f"{line}, phase, rad"]
         rows = [
             [f"{x:.10g}" for x in (w, *np.stack([np.abs(v), np.angle(v)], axis=1).ravel())]
-            for w, v in zip(np.asarray(along), values)
+            for w, v in zip(along, values)
         ]
         save_table(part / "response.csv", header, rows)
         at = np.abs(values).argmax(axis=0)
@@ -76,13 +98,14 @@ def run_response(
                 "amplitude": float(np.abs(values[i, k])),
                 "unit": unit,
                 "at_rad_s": float(along[i]),
+                "bounded": bool(settled[k]),
             }
             for k, (line, unit, i) in enumerate(zip(lines, units, at))
         }
         summary = {
             "study": study_name(study),
             "excitation": "unbalance of the machine" if force_at is None else found.inputs,
-            "points": points,
+            "points": len(along),
             "peaks": peaks,
             "critical_speeds_rad_s": critical.tolist(),
         }
@@ -93,7 +116,10 @@ def run_response(
             if force_at is None
             else f"{peak['at_rad_s']:.6g} rad/s"
         )
-        print(f"{line}: {peak['amplitude']:.4g} {peak['unit']} at most, at {rate}")
+        if peak["bounded"]:
+            print(f"{line}: {peak['amplitude']:.4g} {peak['unit']} at most, at {rate}")
+        else:
+            print(f"{line}: without bound at {rate}, for nothing damps it there")
     print(f"{folder}/: bode.png, polar.png, response.csv, summary.json")
     return 0
 

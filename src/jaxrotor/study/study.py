@@ -29,14 +29,17 @@ _SECTIONS = (
 )
 
 
+_NO_SIMULATION = "simulation: is missing: write [simulation] with t_end and sample_rate"
+
+
 @dataclass(frozen=True)
 class Study:
-    """What `load` read. `settings` are those of the simulation, in SI; `figures` are drawn beside
+    """What `load` read. `simulation` are the settings of a run, in SI; `figures` are drawn beside
     those that `report` chooses; `identify`, `optimize` and `sweep` are what the commands of these names
     are asked for; `path` is the file."""
 
     machine: Machine
-    settings: Simulation
+    simulation: Simulation | None
     title: str = ""
     source: str = ""
     report: Report = Report()
@@ -45,6 +48,13 @@ class Study:
     identify: Any = None
     optimize: Any = None
     sweep: Any = None
+
+    @property
+    def settings(self) -> Simulation:
+        """Those of `simulation`; raises `InputError` where the study has none."""
+        if self.simulation is None:
+            raise InputError(_NO_SIMULATION)
+        return self.simulation
 
     @property
     def name(self) -> str:
@@ -58,8 +68,9 @@ class Study:
         return jaxrotor.simulate(self.machine, **self.settings.arguments(), progress=progress)
 
 
-def load(path: str | Path) -> Study:
-    """Reads and checks a study file (TOML).
+def load(path: str | Path, run: bool = True) -> Study:
+    """Reads and checks a study file (TOML). `run`: whether it must have a [simulation], which linear analysis
+    does without.
 
     Nothing runs. An `InputError` lists every fault of the whole file, each with its place, the
     value found and the remedy.
@@ -78,8 +89,8 @@ def load(path: str | Path) -> Study:
         faults.add("machine", "is missing: write [[machine.line]] tables, from left to right")
     if "simulation" in document:
         settings = read_section(Simulation, "simulation", document["simulation"], faults)
-    else:
-        faults.add("simulation", "is missing: write [simulation] with t_end and sample_rate")
+    elif run or any(key in document for key in ("identify", "optimize", "sweep")):
+        faults.sentences.append(_NO_SIMULATION)
     report = read_section(Report, "report", document.get("report", {}), faults)
     figures = read_figures(document.get("figures", []), faults)
     if settings is not None:
@@ -90,9 +101,9 @@ def load(path: str | Path) -> Study:
         _check_report(report, machine, faults)
     if machine is not None:
         check_figures(figures, machine, faults)
-    if machine is None or settings is None or report is None or faults.sentences:
+    if machine is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
-    asked = _asked(document, machine, settings, path)
+    asked = {} if settings is None else _asked(document, machine, settings, path)
     return Study(machine, settings, report=report, figures=figures, path=path, **asked, **texts)
 
 
