@@ -243,9 +243,9 @@ def clutch_bench(t, speeds):
 
 def test_clutch_bench_slips_and_beats():
     run = ran("clutch_bench")
-    speeds = PchipInterpolator(
-        [0, 0.1, 0.3, 0.6, 0.75, 1.0], np.array([1500, 1500, 1200, 1200, 1500, 1500]) * RPM
-    )
+    rows = np.array([1500, 1500, 1200, 1200, 1500]) * RPM
+    speeds = PchipInterpolator([0, 0.1, 0.3, 0.6, 0.75], rows)
+    speeds.extend(np.array([[0.0], [0.0], [0.0], [rows[-1]]]), np.array([2.0]))  # held beyond
     want = clutch_bench(run.t, speeds)
     for k, name in enumerate(("disc", "yoke")):
         speed = want[10 + k].real

@@ -9,7 +9,7 @@ from jaxrotor.solve import progress
 def test_lines_where_stderr_is_a_file(monkeypatch, capfd):
     """Compiling first; then samples of the right total, though jumps and a controller's clock make more
     intervals of them."""
-    monkeypatch.setattr(progress, "_LINE", 0.02)
+    monkeypatch.setattr(progress, "_LINE", 0.01)
     loads = {
         "pulses": (jr.Torque(jr.PulseTrain(0.011, 0.003, 1.0, count=40)), "disc"),
         "held": (
@@ -18,7 +18,7 @@ def test_lines_where_stderr_is_a_file(monkeypatch, capfd):
         ),
     }
     machine = jr.Machine.in_line({"disc": jr.Rotor(1.0, 0.01, 0.006)}, attachments=loads)
-    samples = 40_001
+    samples = 10_001
     jr.simulate(machine, (samples - 1) / 1e3, 1e3, "undeformed", step=1e-3, progress=True)
     lines = capfd.readouterr().err.splitlines()
     assert re.fullmatch(r"compiling, \d+ s", lines[0])

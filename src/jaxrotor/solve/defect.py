@@ -75,6 +75,6 @@ def _means(k: int) -> tuple[float, float]:
     differences."""
     own = np.poly(-np.arange(k, dtype=float))
     more = np.poly(np.append(-np.arange(k, dtype=float), 1.0))
-    factorial = np.prod(np.arange(1.0, k + 1))
-    means = (np.polyval(np.polyint(p), 1.0) for p in (own, more))
-    return next(means) / factorial, next(means) / factorial / (k + 1)
+    factorial = float(np.prod(np.arange(1.0, k + 1)))
+    mean, next_mean = (float(np.polyval(np.polyint(p), 1.0)) for p in (own, more))
+    return mean / factorial, next_mean / factorial / (k + 1)

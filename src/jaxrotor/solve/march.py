@@ -58,13 +58,17 @@ def march(
         begun = eqx.tree_at(lambda s: s.memory, state, memory)
         seen = terms
         if piece is not None:
-            seen = diffrax.ODETerm(lambda t, y, args: terms.vf(held_within(piece, t), y, args))
+
+            def within(t, y, args):
+                return terms.vf(held_within(piece, t), y, args)
+
+            seen = diffrax.ODETerm(within)
         y, memory = solver.advance(seen, t0, t1, y, args, begun, jump, which)
         if ticks is not None:
             y = ticks[0](t1, y, now)
         if not judged:
             return (y, memory), y
-        defect, r = memory.defect.told()
+        defect, r = memory.defect.told()  # pyright: ignore[reportOptionalMemberAccess]
         return (y, eqx.tree_at(lambda m: m.defect, memory, defect)), (y, r)
 
     # samples that are reached: jumps between them do not count

@@ -24,7 +24,8 @@ class _Progress:
     """Until the loop's first word the run is being compiled, which is most of a short one."""
 
     def __init__(self, samples: int, wait: float):
-        self.samples, self.done, self.wait = samples, None, wait
+        self.samples, self.wait = samples, wait
+        self.done: int | None = None
         self.began, self.over = time.monotonic(), threading.Event()
         self.bar: tqdm | None = None
         self.thread = threading.Thread(target=self._watch, daemon=True)

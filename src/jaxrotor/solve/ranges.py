@@ -19,7 +19,8 @@ from .response import Response
 def tell_ranges(response: Response) -> None:
     """Warns once of each table that the run went beyond."""
     elements = response.machine.elements()
-    if not any(isinstance(element, Tabulated) for element in elements.values()):
+    tables = {name: part for name, part in elements.items() if isinstance(part, Tabulated)}
+    if not tables:
         return
     for name, (seen, rows) in _seen(response.machine, response.t, response.y).items():
         low, high, first, last = map(float, (*numbers(seen), *numbers(rows)))
@@ -30,7 +31,7 @@ def tell_ranges(response: Response) -> None:
             if out
         ]
         if beyond:
-            unit = elements[name].looked_up(((jnp.zeros(6),) * 2,))[2]
+            unit = tables[name].looked_up(((jnp.zeros(6), jnp.zeros(6)),))[2]
             warnings.warn(
                 f"`{name}`: its table ends at {first:.6g} and {last:.6g} {unit}, but the run goes to "
                 f"{' and '.join(beyond)} {unit}: its last value is held there; give it more rows",
