@@ -161,6 +161,12 @@ def judge(response: Response, initial, checks) -> None:
     """After a concrete run: is it one?"""
     if isinstance(initial, str) and initial in ("static", "running"):
         refuse_unbalanced(response.machine, checks)
+    if isinstance(initial, str) and initial == "steady" and np.isinf(numbers(checks)):
+        raise InputError(
+            "no periodic whirl has a bound: at this speed an undamped mode is excited at its own "
+            "frequency: damp the "
+            "machine, or start at another speed"
+        )
     if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
         raise InputError(
             f"no periodic whirl was found: after a turn the state differs by {numbers(checks):.1e} of "

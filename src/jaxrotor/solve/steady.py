@@ -2,6 +2,7 @@
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -17,6 +18,8 @@ from .state import State, from_flat
 # Steps of ETD4RK in one turn: speed * step = 0.025, an error near 1e-9 of the whirl.
 _STEPS = 256
 _ITERATIONS = 12
+# Turns in which a mode that is damped at all has reached its whirl.
+_ENDLESS = 1e9
 
 
 def steady_whirl(
@@ -26,7 +29,8 @@ def steady_whirl(
 
     All coordinates are measured from the turning line, in which a periodic whirl is a fixed point of
     the flow over one turn. Returns the state, its flat form (measured from the turning line), and the
-    largest part of it that does not come back, relative to its size.
+    largest part of it that does not come back, relative to its size; inf where an undamped mode is excited at
+    its own frequency.
     """
     A = jacobian(assemble(machine, nominal=True), speed)
     zero = jnp.zeros(())
@@ -47,12 +51,15 @@ def steady_whirl(
 
     y = newton_root(lambda y: turn(y) - y, start, _ITERATIONS, 1e-11)
     n = n_free(system)
-    gap = jnp.abs(turn(y) - y)
+    push, gap = jnp.abs(jax.lax.map(lambda y: turn(y) - y, jnp.stack([start, y])))
     # displacements and speeds apart: their sizes differ by the speed
     missed = jnp.maximum(
         jnp.max(gap[:n]) / (jnp.max(jnp.abs(y[:n])) + 1e-12),
         jnp.max(gap[n : 2 * n]) / (jnp.max(jnp.abs(y[n : 2 * n])) + 1e-12 * jnp.abs(speed)),
     )
+    # a whirl that is so much larger than what drives it in a turn is rounding
+    endless = jnp.max(jnp.abs(y - start)[:n]) > _ENDLESS * jnp.max(push[:n])
+    missed = jnp.where(endless, jnp.inf, missed)
     return from_flat(zero, y, system, (angle, speed, zero)), y, missed
 
 
