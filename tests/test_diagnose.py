@@ -301,6 +301,11 @@ def test_figures():
     t, phi, speed = run_up(start=60.0)
     x, y = 1e-5 * np.cos(phi), 0.5e-5 * np.sin(phi)
     spectrum = jr.full_spectrum(x, y, RATE)
+    # a fan that turns backwards: what goes from y to x is forward, and its lines are named so
+    turned = plot.full_spectrum(spectrum, speed=-150.0).axes[0]
+    assert "← forward | backward →" in turned.get_xlabel()
+    names = {t.get_text(): t.xy[0] for t in turned.texts}
+    assert names["1×"] < 0 < names["−1×"]
     ax = plot.full_spectrum(spectrum, speed=150.0).axes[0]
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e6 * spectrum.amplitude)
     assert {"1×", "−1×", "2×"} <= {t.get_text() for t in ax.texts} and "µm" in ax.get_ylabel()

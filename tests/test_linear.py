@@ -334,6 +334,25 @@ def test_steady_whirl_is_the_unbalance_response():
     assert np.all(np.abs(expected).max(axis=0) > 1e-8)
 
 
+def test_no_whirl_at_an_undamped_critical_speed():
+    """sqrt(k/m) without damping: shooting gives 1e8 m there, which is rounding; beside it the whirl has a
+    size."""
+
+    def machine(speed):
+        return jr.Machine.in_line(
+            {"d": jr.Rotor(1.0, 0.01, 0.006, unbalance=jr.Unbalance(1e-6))},
+            attachments={"s": (jr.LinearSupport([1e4] * 2 + [0] * 4), "d")},
+            fixed={"d": ("z", "psi", "theta")},
+            prescribed={"d": {"phi": jr.ConstantSpeed(speed)}},
+        )
+
+    with pytest.raises(jr.InputError, match="at this speed an undamped mode is excited"):
+        jr.simulate(machine(100.0), 0.01, 1000.0, "steady")
+    run = jr.simulate(machine(100.001), 0.01, 1000.0, "steady")["d"]
+    w = 100.001
+    np.testing.assert_allclose(np.hypot(run.x, run.y), 1e-6 * w**2 / (w**2 - 1e4), rtol=1e-5)
+
+
 def test_a_slow_run_up_meets_the_unbalance_response():
     """Through the resonance so slowly (0.02 rad/s²) that the whirl is steady at every speed: 1e-4 of the
     peak, lag included."""

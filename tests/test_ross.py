@@ -102,9 +102,88 @@ def test_what_cannot_be_carried_is_refused(options, words):
         from_ross(example(**options))
 
 
+def test_a_refusal_for_each_kind():
+    """Three elements with the same two faults: two sentences."""
+    with pytest.raises(jr.InputError) as error:
+        from_ross(example(shaft=dict(axial_force=10.0, gyroscopic=False)))
+    assert len(error.value.problems) == 2
+    assert all(p.count("`") == 6 for p in error.value.problems)
+
+
+def test_a_coupling_and_a_bearing_tagged_as_a_station():
+    """Natural frequencies of two shafts with a coupling between, both programs, at rest and at speed."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+
+    def shaft():
+        return ross.ShaftElement(L=0.25, idl=0.0, odl=0.05, material=steel)
+
+    # the tilt and axial stiffnesses of a flexible one
+    coupling = ross.CouplingElement(
+        4.0, 5.0, 0.02, 0.03, kt_x=4e7, kt_y=4e7, kt_z=1e7, kr_x=2e4, kr_y=2e4, kr_z=1e5, cr_z=3.0
+    )
+    bearings = [ross.BearingElement(n, kxx=1e6, cxx=100.0, tag=f"node {n}") for n in (0, 2, 3, 5)]
+    theirs = ross.Rotor(
+        [shaft(), shaft(), coupling, shaft(), shaft()],
+        [ross.DiskElement(1, 30.0, 0.2, 0.3)],
+        bearings,
+    )
+    machine = from_ross(theirs)
+    assert "node 0 (2)" in machine.connections()
+    for speed in (0.0, 300.0):
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        values = np.linalg.eigvals(theirs.A(speed))
+        gap = np.min(np.abs(mine[:, None] - values[None]), axis=1) / np.abs(mine)
+        assert len(mine) == 12 and np.all(gap < 1e-6), gap
+
+
+def test_a_table_under_a_pedestal_goes_by_the_rotors_speed():
+    """The pedestal does not turn: eigenvalues at the points of its table."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+    speeds, k = np.array([0.0, 150.0, 400.0]), np.array([1e6, 3e6, 9e6])
+    table = ross.BearingElement(4, kxx=k, cxx=0 * k + 100.0, frequency=speeds)
+    theirs = ross.Rotor(
+        [ross.ShaftElement(L=0.25, idl=0.0, odl=0.05, material=steel) for _ in range(3)],
+        [ross.DiskElement(1, 30.0, 0.2, 0.3)],
+        [
+            ross.BearingElement(0, kxx=1e6, cxx=100.0),
+            ross.BearingElement(3, kxx=2e6, cxx=10.0, n_link=4),
+            table,
+        ],
+        [ross.PointMass(4, 8.0)],
+    )
+    machine = from_ross(theirs)
+    for speed in speeds[1:]:
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        values = np.linalg.eigvals(theirs.A(speed))
+        gap = np.min(np.abs(mine[:, None] - values[None]), axis=1) / np.abs(mine)
+        assert np.all(gap < 1e-5), gap
+
+
+def test_tables_over_speed_as_ross_3_has_them():
+    """A bearing that answers `K(frequency, speed)`: taken at the speed; over both it is refused."""
+
+    class Later(ross.BearingElement):
+        speed = np.array([100.0, 300.0])
+
+        def K(self, frequency, speed=None):
+            return super().K(0.0) * (1 + speed / 100.0)
+
+        def C(self, frequency, speed=None):
+            return super().C(0.0)
+
+    theirs = example()
+    theirs.bearing_elements[0] = Later(0, kxx=1e6, cxx=100.0)
+    table = from_ross(theirs)[str(theirs.bearing_elements[0].tag or "bearing")]
+    np.testing.assert_allclose(table.speeds, [100.0, 300.0])
+    np.testing.assert_allclose(table.stiffness[:, 0, 0], [2e6, 4e6])
+    theirs.bearing_elements[0].frequency = np.array([0.0, 1.0])
+    with pytest.raises(jr.InputError, match="a table over both frequency and speed"):
+        from_ross(theirs)
+
+
 def test_unbalance_needs_a_disk_and_a_rotor_is_a_rotor():
     with pytest.raises(
-        jr.InputError, match="node 2: there is no disk to carry it: put it at one of 1"
+        jr.InputError, match="node 2`: there is no disk to carry it: put it at one of 1"
     ):
         from_ross(example(), unbalance=[(2, 1e-4, 0.0)])
     with pytest.raises(

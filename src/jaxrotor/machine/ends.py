@@ -9,7 +9,16 @@ import jax.numpy as jnp
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..parameter import known
-from ..protocol import AbstractElement, Acting, Carried, Carrying, Linear, Massive, Stateful
+from ..protocol import (
+    AbstractElement,
+    Acting,
+    Carried,
+    Carrying,
+    Linear,
+    Lumping,
+    Massive,
+    Stateful,
+)
 from .lineup import Lineup
 
 if TYPE_CHECKING:
@@ -57,7 +66,7 @@ def massless(machine: "Machine") -> Iterator[str]:
     wiring = machine.wiring
     for k, (name, station) in enumerate(zip(wiring.stations, machine.stations)):
         own = station.own_mass() if isinstance(station, Carried) else None
-        if own is None:
+        if own is None or isinstance(station, Lumping):  # what is lumped is filled in later
             continue
         beside = [
             (c, [s for s, _ in ends].index(k))

@@ -31,8 +31,9 @@ def full_spectrum(
     highest: float | None = None,
     title: str = "Full spectrum",
 ) -> Figure:
-    """Amplitudes of backward (left) and forward whirl (right); with the `speed` (rad/s), dotted lines at so
-    many times it. `highest`: Hz, where the axis ends; by default a little beyond the orders."""
+    """Amplitudes of backward (left) and forward whirl (right), the other way round where the `speed`
+    (rad/s) is negative; with it, dotted lines at so many times it, those of forward whirl positive.
+    `highest`: Hz, where the axis ends; by default a little beyond the orders."""
     fig, axes = figure(1, 1, (9.5, 4.6))
     ax = axes[0, 0]
     size, words = readable(unit, found.amplitude)
@@ -50,8 +51,9 @@ def full_spectrum(
         for sign in (-1, 1):
             at = sign * order * turns
             if abs(at) < end:
-                _marker(ax, at, f"{'−' if sign < 0 else ''}{order:g}×")
-    label(ax, "frequency, Hz:  ← backward | forward →", f"amplitude, {words}")
+                against = sign * (1.0 if speed is None else float(speed)) < 0
+                _marker(ax, at, f"{'−' if against else ''}{order:g}×")
+    label(ax, _sides(speed), f"amplitude, {words}")
     told = "" if speed is None else f", at {number(abs(speed) * _RPM)} rpm"
     ax.set_title(title + told, fontsize=10, loc="left", pad=16)
     return fig
@@ -161,7 +163,15 @@ def _frequencies(found: Waterfall, highest: float | None) -> tuple[np.ndarray, f
 
 
 def _frequency_words(found: Waterfall) -> str:
-    return "frequency, Hz:  ← backward | forward →" if found.full else "frequency, Hz"
+    return _sides(found.speed) if found.full else "frequency, Hz"
+
+
+def _sides(speed: Any) -> str:
+    """What stands at negative and at positive frequencies, by the sense in which the shaft turns."""
+    least, most = (0.0, 0.0) if speed is None else (np.min(speed), np.max(speed))
+    if least < 0 < most:
+        return "frequency, Hz:  ← from y to x | from x to y →"
+    return f"frequency, Hz:  ← {'forward | backward' if least < 0 else 'backward | forward'} →"
 
 
 def _along(found: Waterfall) -> tuple[np.ndarray, str]:
@@ -183,12 +193,13 @@ def _order_lines(
     for order in orders:
         for sign in (-1, 1) if found.full else (1,):
             at = sign * order * np.abs(found.speed) * _HERTZ
+            against = sign * float(np.mean(found.speed)) < 0
             ax.plot(at, along, color=colour, linewidth=0.8, linestyle="--", alpha=0.8, zorder=2)
             inside = np.flatnonzero((at >= limits[0]) & (at <= limits[1]))
             if not inside.size:
                 continue
             last = inside[np.argmax(along[inside])]
-            words = f"{'−' if sign < 0 else ''}{order:g}×"
+            words = f"{'−' if against and found.full else ''}{order:g}×"
             if inside.size == at.size:  # through the top
                 place, shift, across = (at[last], 1.0), (0, 3), "center"
                 where: Any = ("data", "axes fraction")
