@@ -163,7 +163,7 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     if isinstance(at, State):
         y = to_flat(at, system, reference)
     elif at == "equilibrium":
-        y = running(system, reference)
+        y, _ = running(system, reference)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     nodes = system.layout.n_nodes

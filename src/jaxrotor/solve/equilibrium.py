@@ -40,15 +40,15 @@ def _equilibrium(machine: Machine) -> tuple[State, Array]:
     system = assemble(machine)
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], zero, zero)
-    y = resting(system, reference)
-    return from_flat(zero, y, system, reference), unbalanced_loads(system, y, reference)
+    y, left = resting(system, reference)
+    return from_flat(zero, y, system, reference), left
 
 
-def resting(system: System, reference: Reference) -> Float[Array, " d"]:
-    """The flat state of rest, measured from `reference`, whose speed must be zero."""
+def resting(system: System, reference: Reference) -> tuple[Float[Array, " d"], Float[Array, "n 6"]]:
+    """The flat state of rest, measured from `reference`, whose speed must be zero; and what is left of the
+    loads on the free coordinates of each station (machine's order), but for the common torque of each free
+    line."""
     n, z = n_free(system), initial_states(system)
-    if n == 0:
-        return z
     free = np.array(system.layout.free, int)
     zero = jnp.zeros(())
 
@@ -56,16 +56,14 @@ def resting(system: System, reference: Reference) -> Float[Array, " d"]:
         y = jnp.concatenate([u, jnp.zeros(n), z])
         return evaluate(zero, y, system, reference).loads.ravel()[free]
 
-    u = _balanced(loads, jnp.zeros(n), system)
-    return jnp.concatenate([u, jnp.zeros(n), z])
+    u, left = _balanced(loads, jnp.zeros(n), system)
+    return jnp.concatenate([u, jnp.zeros(n), z]), left
 
 
-def running(system: System, reference: Reference) -> Float[Array, " d"]:
+def running(system: System, reference: Reference) -> tuple[Float[Array, " d"], Float[Array, "n 6"]]:
     """Where the turning, balanced machine stays (`system` is its nominal one): no net load, internal states
-    at rest. A free spin is left where it is."""
+    at rest. A free spin is left where it is. What is left of the loads as from `resting`."""
     n, z = n_free(system), initial_states(system)
-    if n + z.size == 0:
-        return z
     free = np.array(system.layout.free, int)
     zero = jnp.zeros(())
 
@@ -74,40 +72,35 @@ def running(system: System, reference: Reference) -> Float[Array, " d"]:
         ev = evaluate(zero, y, system, reference)
         return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
 
-    start = jnp.concatenate([jnp.zeros(n), z])
-    x = _balanced(loads, start, system)
-    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
+    x, left = _balanced(loads, jnp.concatenate([jnp.zeros(n), z]), system)
+    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]]), left
 
 
-def _balanced(loads: Callable[[Array], Array], start: Array, system: System) -> Array:
+def _balanced(
+    loads: Callable[[Array], Array], start: Array, system: System
+) -> tuple[Array, Float[Array, "n 6"]]:
     """Where the loads vanish, a free line's common turning held where it is in place of its common torque.
     Left to Newton's method, an unbalanced rotor would swing to its lowest place, from where its weight has no
     stiffness at all."""
+    layout, n = system.layout, n_free(system)
     turning = turning_at_rest(system)
-    if turning is None:
-        return newton_root(loads, start, _ITERATIONS, 1e-12)
-    n = n_free(system)
 
     def missing(x):
         left = loads(x)
+        if turning is None:
+            return left
         return left.at[:n].add(turning.free @ (x[:n] - left[:n]))
 
-    more = start.size - n
-    farther = turning.free @ turning.farther - turning.farther
-    return newton_root(missing, start, _ITERATIONS, 1e-12, jnp.pad(farther, ((0, more), (0, more))))
-
-
-def unbalanced_loads(system: System, y, reference: Reference) -> Float[Array, "n 6"]:
-    """What is left of the loads on the free coordinates of each station, but for the common torque of each
-    free line; machine's order."""
-    loads = evaluate(jnp.zeros(()), y, system, reference).loads
-    free = np.array(system.layout.free, int)
-    left, turning = loads.ravel()[free], turning_at_rest(system)
+    farther = None
     if turning is not None:
-        left = left - turning.free @ left
-    loads = jnp.zeros(loads.size).at[free].set(left).reshape(loads.shape)
-    grounded = jnp.concatenate([loads, jnp.zeros((6, system.layout.n_ground))], axis=1)
-    return grounded.T[np.array(system.layout.internal)]
+        more = start.size - n
+        farther = turning.free @ turning.farther - turning.farther
+        farther = jnp.pad(farther, ((0, more), (0, more)))
+    x = newton_root(missing, start, _ITERATIONS, 1e-12, farther) if start.size else start
+    left = missing(x)[:n] if n else jnp.zeros(0)
+    grounded = jnp.zeros(6 * layout.n_mass).at[np.array(layout.free, int)].set(left)
+    grounded = jnp.pad(grounded.reshape(6, -1), ((0, 0), (0, layout.n_ground)))
+    return x, grounded.T[np.array(layout.internal)]
 
 
 def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:

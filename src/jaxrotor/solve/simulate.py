@@ -27,7 +27,7 @@ from .checks import (
     tell_error,
 )
 from .defect import Defect
-from .equilibrium import resting, running, unbalanced_loads
+from .equilibrium import resting, running
 from .error import by_samples, run_error
 from .exponential import ETD4RK, ExponentialAdams
 from .grid import Grid, Ticking, grid_of
@@ -281,12 +281,10 @@ def start(machine: Machine, system: System, initial, speed) -> tuple[Array, Arra
     checks = jnp.zeros((len(machine.wiring.stations), 6))
     if initial == "static":
         still = (reference[0], zero, zero)
-        y = resting(system, still)
-        checks = unbalanced_loads(system, y, still)
+        y, checks = resting(system, still)
     elif initial == "running":
         turning, balanced = (reference[0], speed, zero), assemble(machine, nominal=True)
-        y = running(balanced, turning)
-        checks = unbalanced_loads(balanced, y, turning)
+        y, checks = running(balanced, turning)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     free = jnp.array(system.layout.free, int)

@@ -41,7 +41,7 @@ def steady_whirl(
     def field(t, y, system):
         return relative_field(t, y, system, (angle + speed * t, speed, jnp.zeros_like(t)))
 
-    start = resting(system, (angle, zero, zero))
+    start, _ = resting(system, (angle, zero, zero))
     solver, terms = ETD4RK(_STEPS // 16, A, None, n_free(system)), diffrax.ODETerm(field)
     prepared = solver.init(terms, at.times[0], at.times[1], start, system)
 
