@@ -159,10 +159,10 @@ BAD = {
         "`end` profile ConstantSpeed",
     ),
     "material as text": (lambda: line(section=shaft(material="steel")), "`shaft` material STEEL"),
-    "misspelt twist": (lambda: line(section=shaft(twist="papper")), "`shaft` twist papper paper"),
+    "misspelt twist": (lambda: line(section=shaft(twist="papper")), "`Shaft` twist papper paper"),
     "misspelt damping": (
         lambda: line(section=shaft(damping="fix")),
-        "`shaft` damping 'fix' fixed rotating",
+        "`Shaft` damping 'fix' fixed rotating",
     ),
     "class for an element": (lambda: line(main=jr.Rotor), "`main` Rotor"),
     "number for an element": (lambda: line(main=3.0), "`main` element float"),

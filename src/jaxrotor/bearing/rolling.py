@@ -10,13 +10,14 @@ from jaxtyping import Array, Float
 
 from ..centres import pushed, relative
 from ..parameter import parameter
+from ..part import Part
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
 
 # The contact of a ball with the race, of a roller with its track: Hertz's point and line contact.
 POINT, LINE = 1.5, 10.0 / 9.0
 
 
-class AbstractRaceDefect(eqx.Module):
+class AbstractRaceDefect(Part):
     """A local defect: where it stands, a ball finds that much more room. To write your own, give `room`."""
 
     @abc.abstractmethod

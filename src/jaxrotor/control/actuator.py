@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from ..part import Part
 
 States = Float[Array, " k"]
 
@@ -21,7 +22,7 @@ def soft_clip(x: Array, width: float | Array) -> Array:
     return 0.5 * width * (corner((x + 1) / width) - corner((x - 1) / width))
 
 
-class Actuator(eqx.Module):
+class Actuator(Part):
     """A torque actuator: delay, then limit, then lag with a limited rate. What is left out is ideal.
 
     **Arguments:**

@@ -7,10 +7,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..drive.schedule import AbstractSchedule, as_schedule
+from ..part import Part
 from ..protocol import Motion
 
 
-class AbstractMeasured(eqx.Module):
+class AbstractMeasured(Part):
     """Measured values. One of your own needs `count`, `stations_needed` and `values`."""
 
     @abc.abstractmethod

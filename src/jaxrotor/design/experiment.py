@@ -12,6 +12,7 @@ from jaxtyping import Array
 
 from ..errors import InputError
 from ..machine.machine import Machine
+from ..part import Part
 from ..solve.adaptive import solver_for
 from ..solve.checks import is_driven
 from ..solve.exponential import AbstractExponential
@@ -24,7 +25,7 @@ from .variations import Variations
 Over = Literal["worst", "mean"]
 
 
-class AbstractExperiment(eqx.Module):
+class AbstractExperiment(Part):
     """Something that a machine is put through. `measure` judges what comes out."""
 
     variations: eqx.AbstractVar[Variations | None]

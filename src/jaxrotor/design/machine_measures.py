@@ -19,6 +19,7 @@ from ..linear.torsion import torsional
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..parameter import parameter, problems
+from ..part import Part
 from .criterion import Criterion, Judging
 from .mass import total_mass
 
@@ -27,7 +28,7 @@ _SPEED: dict[str, Any] = {"quantity": "rad/s"}
 _FREQUENCY = {**_SPEED, "also": {"Hz": 2 * math.pi}}
 
 
-class AbstractMachineMeasure(eqx.Module, Judging):
+class AbstractMachineMeasure(Part, Judging):
     """Judges a machine that need not run; minimised or bounded as it is: `TotalMass() <= 12.0`. One of your
     own needs `unit` and `__call__`, which may return several numbers: the largest counts."""
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,12 +12,13 @@ from ..inverse.bench import Bench
 from ..inverse.unknown import split_entry
 from ..machine.machine import Machine
 from ..parameter import as_float64
+from ..part import Part
 
 # What scatters unless it is named: not the gravity, and not where forces or axes point.
 _LEFT = ("gravity",)
 
 
-class Variations(eqx.Module):
+class Variations(Part):
     """`factors`: path -> (b,) factors on the parameter (all its entries alike; one entry as
     `"bearing.stiffness[0]"`), the b machines that a design is judged by. A factor acts on top of what the
     design chooses."""

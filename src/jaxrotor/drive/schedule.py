@@ -11,12 +11,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from ..part import Part
 from .monotone import interpolate, table_faults
 
 Scalar = Float[Array, ""]
 
 
-class AbstractSchedule(eqx.Module):
+class AbstractSchedule(Part):
     """A quantity as a function of time. To write your own, give `value` and `jumps`."""
 
     @abc.abstractmethod

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..part import Part
 from ..protocol import Vec6
 
 # Bending of a section, seen from the frame that turns with it: how much the slope grows from end to
@@ -42,7 +43,7 @@ def towards(position: Array, angle: Array) -> Bend:
     return jnp.stack([c, s, r * c, r * s])
 
 
-class AbstractFlaw(eqx.Module):
+class AbstractFlaw(Part):
     """Turns with a shaft section. To write your own, give what it adds to the section's unloaded shape,
     to its flexibility, or both: so several in one section add up exactly, in any order.
 

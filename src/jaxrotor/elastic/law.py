@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics import COORDINATES
 from ..parameter import parameter
+from ..part import Part
 from ..protocol import NonSmooth
 from ..touch import area, contact, depth
 
@@ -21,7 +22,7 @@ Scalar = Float[Array, ""]
 States = Float[Array, " k"]
 
 
-class AbstractLaw(eqx.Module):
+class AbstractLaw(Part):
     """A force between two hubs in one direction. To write your own, give `force`, `energy` and
     `power_lost`; with states of its own `initial` and `rates` too.
 

@@ -3,15 +3,15 @@
 from collections.abc import Iterable
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
 from ..errors import InputError
 from ..parameter import known, parameter
+from ..part import Part
 
 
-class Unbalance(eqx.Module):
+class Unbalance(Part):
     """Static and dynamic unbalance of a rotor, in the disc's own frame.
 
     Static: the mass centre lies `eccentricity` from the geometric centre, at `angle` from the disc's

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..measure.record import Series
+from ..part import Part
 
 Angles = Callable[[np.ndarray], np.ndarray]
 
@@ -38,7 +39,7 @@ class Compared(eqx.Module):
         return jnp.sqrt(jnp.where(square > 0, square, 1.0)) * (square > 0)
 
 
-class AbstractDomain(eqx.Module):
+class AbstractDomain(Part):
     """A way of comparing signals."""
 
     @abc.abstractmethod

@@ -11,6 +11,7 @@ from ..drive.motion import AbstractMotion
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..parameter import as_float64, parameter, problems
+from ..part import Part
 from ..protocol import (
     AbstractAttachment,
     AbstractConnector,
@@ -29,7 +30,7 @@ from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, w
 Place = str | Sequence[str]
 
 
-class Machine(eqx.Module):
+class Machine(Part):
     """A line-up of elements: a pytree whose leaves are the physical parameters.
 
     **Arguments:**

@@ -8,13 +8,14 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from ..errors import InputError
 from ..parameter import parameter
+from ..part import Part
 from ..solve.response import Response
 from .filters import between, low_pass
 from .noise import Noise
 from .sensor import AbstractSensor
 
 
-class Channel(eqx.Module):
+class Channel(Part):
     """What is recorded of a sensor: `sensitivity` times what it sees, filtered, later by `delay`, plus
     `bias`.
 

@@ -14,9 +14,10 @@ from ..design.measure import AbstractMeasure, AbstractSignalMeasure, Seen, see
 from ..errors import InputError
 from ..measure.sensor import AbstractSensor, Tachometer
 from ..parameter import parameter
+from ..part import Part
 
 
-class TimeSeries(eqx.Module):
+class TimeSeries(Part):
     """What a sensor sees, every `every`-th sample of it."""
 
     sensor: AbstractSensor
@@ -29,7 +30,7 @@ class TimeSeries(eqx.Module):
         return see(response, self.sensor)[:: self.every]
 
 
-class OverSpeed(eqx.Module):
+class OverSpeed(Part):
     """The largest |signal| within each of the ranges of speed between `edges` (k + 1, rad/s, rising) of the
     station `speed_of`; NaN where the speed never is."""
 
