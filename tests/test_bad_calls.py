@@ -7,10 +7,8 @@ which kind each argument is of, and each kind has its list of values that are no
 
 import dataclasses
 import inspect
-import random
 import signal
 import typing
-from fractions import Fraction
 
 import equinox as eqx
 import jax
@@ -21,7 +19,9 @@ from helpers import at_instants
 import jaxrotor as jr
 
 NAN, INF = float("nan"), float("inf")
-HUGE = 10**4000  # Python's own number of digits: more than a float holds, and than can be printed quickly
+HUGE = (
+    10**4000
+)  # Python's own number of digits: more than a float holds, and than can be printed quickly
 
 NOT_A_NUMBER = ["3 mm", True, 1j, {}, object(), np.datetime64("2026-01-01"), jr.Rotor]
 NOT_FINITE = [NAN, INF, -INF, HUGE]
@@ -248,18 +248,26 @@ def functions(machine, model, response, found, record):
     radial = {"peak": jr.PeakValue(jr.Radial("main"))}
     cases = {"main.mass": [5.9, 6.1]}
     run = dict(
-        machine="machine", t_end="positive", sample_rate="positive", initial="initial", speed="number"
+        machine="machine",
+        t_end="positive",
+        sample_rate="positive",
+        initial="initial",
+        speed="number",
     )
     two = dict(machine=machine, t_end=0.1, sample_rate=1000.0)
     pair = dict(machine=machine, input="main.x", output="main.x")
-    ends = dict(machine="machine", input="place", output="place", speed="number", at="at", torsion="flag")
+    ends = dict(
+        machine="machine", input="place", output="place", speed="number", at="at", torsion="flag"
+    )
     orbit = dict(x=WAVE, y=WAVE, angle=ANGLE, sample_rate=64.0)
     orbits = dict(x="signal", y="signal", angle="signal", sample_rate="positive")
     swept = dict(machine=machine, parameters=cases, outputs=radial, t_end=0.1, sample_rate=1000.0)
     sweeps = {**run, "parameters": "mapping", "outputs": "outputs"}
     regulator = dict(A=-EYE, B=EYE, Q=EYE, R=EYE)
     regulators = dict.fromkeys(regulator, "matrix")
-    fit = dict(machine=machine, parameters=["main.mass"], sensors={"x": jr.Radial("main")}, data=record)
+    fit = dict(
+        machine=machine, parameters=["main.mass"], sensors={"x": jr.Radial("main")}, data=record
+    )
     return {
         "simulate": (two, {**run, "solver": "solver", "step": "step", "rtol": "positive",
                            "atol": "positive", "adjoint": "object", "progress": "flag"}),

@@ -8,6 +8,7 @@ passes where it is a number.
 import difflib
 import functools
 import inspect
+import os
 import reprlib
 import types
 import typing
@@ -151,6 +152,19 @@ def numbers(
     return check
 
 
+def matrix(value: Any, place: str) -> Any:
+    """A full table of finite numbers (m, n)."""
+    if isinstance(value, Tracer):
+        return value
+    found = real_array(value)
+    if found is None or found.ndim != 2:
+        given = short(value) if found is None else f"of shape {found.shape}"
+        raise InputError(f"{place} must be a matrix of numbers, but is {given}")
+    if not np.isfinite(found).all():
+        raise InputError(f"{place} must be finite, but holds {found[~np.isfinite(found)][0]:g}")
+    return value if isinstance(value, jax.Array) else found
+
+
 def real_array(value: Any) -> np.ndarray | None:
     """float64, or `None` where there is anything but real numbers (a truth value, a text, a date)."""
     leaves = jax.tree.leaves(value) if isinstance(value, (list, tuple)) else [value]
@@ -240,6 +254,13 @@ def listed(value: Any, place: str) -> Any:
     return value
 
 
+def path(value: Any, place: str) -> Any:
+    """Where a file lies."""
+    if isinstance(value, os.PathLike) or (isinstance(value, str) and value.strip()):
+        return value
+    raise InputError(f"{place} must be the path of a file, but is {short(value)}")
+
+
 _PLAIN: dict[Any, Check] = {bool: flag, int: whole(), float: number(), str: some_text}
 
 
@@ -251,6 +272,8 @@ def by_hint(hint: Any) -> Check | None:
     for one in members:
         if one is type(None):
             continue
+        if one is Any:
+            return None
         if isinstance(one, type) and issubclass(one, AbstractArray):
             continue  # stands beside `float`, or says nothing that could be checked here
         if typing.get_origin(one) is typing.Literal:
@@ -299,10 +322,10 @@ def bound(place: str, signature: inspect.Signature, args: tuple, kwargs: dict):
         raise InputError(f"`{place}`: {words}: write {place}({', '.join(known)})") from None
 
 
-def takes(**checks: Check) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def takes(**checks: Check | None) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A public function (or dataclass) whose arguments are checked before anything runs: each by its entry
-    here, else by its type hint. `None` passes where it is the default. What no check knows is left to the
-    function."""
+    here (`None`: the function itself looks at it), else by its type hint. `None` passes where it is the
+    default."""
 
     def gate(function: Callable[P, R]) -> Callable[P, R]:
         if isinstance(function, type):

@@ -9,6 +9,7 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
+from ..arguments import listed, number, takes, whole
 from ..errors import InputError
 from ..inverse.bench import Bench
 from ..inverse.identify import place_of
@@ -28,6 +29,13 @@ _FEW = 6
 _PENALTY = 10.0
 
 
+@takes(
+    constraints=listed,
+    starts=listed,
+    iterations=whole(1),
+    tolerance=number(above=0.0, below=1.0),
+    optimiser=None,
+)
 def optimize(
     machine: Machine,
     parameters: Any,

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import positive, takes, whole
 from ..errors import InputError
-from . import checks
 from .orders import OrderTrack, track
 from .turning import TURN, with_pair
 
@@ -84,6 +84,7 @@ class Orbit(NamedTuple):
         return ellipse(x, y)
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1))
 def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     """The last whole `turns` of an orbit with all that is in it, as a dense curve.
 
@@ -92,7 +93,6 @@ def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     `InputError`.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
-    turns = checks.whole(turns, "turns")
     marks = turning.marks()
     if marks.size <= turns:
         raise InputError(
@@ -111,6 +111,7 @@ def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     return Orbit(along, x, y, keyphasor, centre, speed, none, np.zeros((0, 2)))
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1))
 def filtered_orbit(
     x,
     y,
@@ -127,10 +128,10 @@ def filtered_orbit(
     semi-axes, inclination and precession. The curve closes where its orders repeat within 12 turns.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
-    whole = turning.marks().size - 1
-    turns = max(whole, 1) if turns is None else checks.whole(turns, "turns")
+    there = turning.marks().size - 1
+    turns = max(there, 1) if turns is None else turns
     # blocks counted from the end
-    first = max(whole - turns, 0)
+    first = max(there - turns, 0)
     found: OrderTrack = track(turning, xy, orders, turns, max(first, 1), window)
     wanted, amplitude = found.orders, found.amplitude[-1]
     length = _repeats(wanted)

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
+from ..arguments import numbers, takes
 from ..errors import InputError
 from ..inertia.rotor import Rotor
 from .bench import Bench
@@ -143,6 +144,7 @@ class Correction(NamedTuple):
         return 1e3 * float(np.sqrt(total)) / mass * speed
 
 
+@takes(places=numbers("m", fewest=2))
 def correction(found: Identification, rotor: str, places: tuple[float, float]) -> Correction:
     """What to add in two planes of `rotor` at `places` (z, m, from its geometric centre), from its identified
     unbalance, and how well that is known (the covariance of the identification, to first order).

@@ -11,6 +11,7 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
+from ..arguments import listed, mapping, takes
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.channel import as_channels
@@ -47,6 +48,7 @@ class Stage:
     optimiser: optax.GradientTransformation | None = None
 
 
+@takes(sensors=mapping, stages=None, starts=listed)
 def identify(
     machine: Machine,
     parameters: Any,

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
+from ..arguments import numbers, takes, whole
 from ..errors import InputError
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
@@ -55,6 +56,7 @@ class Campbell(eqx.Module):
         return found
 
 
+@takes(speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def campbell(
     machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
 ) -> Campbell:

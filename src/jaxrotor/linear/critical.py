@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive, takes, whole
 from ..errors import InputError
 from ..machine.machine import Machine
 from .eigen import eigensystem
@@ -18,6 +19,7 @@ from .modes import Mode, named
 _STEPS = 20
 
 
+@takes(order=positive(), count=whole(1))
 def critical_speeds(
     machine: Machine,
     order: float = 1.0,
@@ -52,6 +54,7 @@ def critical_speeds(
     return values
 
 
+@takes(order=positive(), count=whole(1))
 def critical_modes(
     machine: Machine, order: float = 1.0, at: Any = "undeformed", count: int | None = None
 ) -> list[Mode]:
@@ -155,6 +158,7 @@ def root(
     return jnp.asarray(jnp.where(jnp.abs(value) < 1e-6 * jnp.abs(x), out, jnp.nan))
 
 
+@takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))
 def stability_threshold(
     machine: Machine, start: float, stop: float, points: int = 61, at: Any = "undeformed"
 ) -> Float[Array, ""]:

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import number, takes
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..machine.field import initial_states, n_free, relative_field
@@ -114,6 +115,7 @@ class LinearModel(eqx.Module):
         return row_of(self.coordinates, place)
 
 
+@takes(speed=number("rad/s"))
 def linearize(
     machine: Machine,
     speed: Float[Array, ""] | float = 0.0,

@@ -4,11 +4,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ..arguments import matrix, takes
+
 _BALANCING = 60  # sweeps; each halves what is out of balance, or nearly so
 _SIGN_STEPS = 60  # Newton's steps towards a sign, at most: ten or fifteen are usual
 _KLEINMAN_STEPS = 3  # each doubles the digits, and the start has six or more
 
 
+@takes(A=matrix, Q=matrix)
 @jax.jit
 def lyapunov(A: Float[Array, "d d"], Q: Float[Array, "d d"]) -> Float[Array, "d d"]:
     """X in `A X + X A' + Q = 0`, for a stable A (all that is needed is that no two eigenvalues of A add up
@@ -92,6 +95,7 @@ def stable(A: Float[Array, "d d"]) -> Bool[Array, ""]:
     return jnp.max(values.real) < -1e-12 * jnp.max(jnp.abs(values))
 
 
+@takes(A=matrix, B=matrix, Q=matrix, R=matrix)
 @jax.jit
 def riccati(
     A: Float[Array, "d d"], B: Float[Array, "d m"], Q: Float[Array, "d d"], R: Float[Array, "m m"]

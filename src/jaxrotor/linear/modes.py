@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arguments import takes, whole
 from .linearise import LinearModel
 from .lowest import lowest
 
@@ -33,6 +34,7 @@ class Mode(NamedTuple):
     shape: np.ndarray
 
 
+@takes(count=whole(1))
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take

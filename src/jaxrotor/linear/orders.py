@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import names, numbers, takes
 from ..errors import InputError
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
@@ -50,6 +51,7 @@ class OrderResponse(eqx.Module):
         return jnp.max(jnp.abs(jnp.einsum("sko,ka->sao", self.values, waves).real), axis=1)
 
 
+@takes(outputs=names, speeds=numbers("rad/s"))
 def unbalance_response(
     machine: Machine,
     outputs: str | Sequence[str],
@@ -75,6 +77,7 @@ def unbalance_response(
     )
 
 
+@takes(outputs=names, speeds=numbers("rad/s"), orders=numbers())
 def order_response(
     machine: Machine,
     outputs: str | Sequence[str],

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, takes, whole
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..parameter import known
@@ -23,6 +24,7 @@ class Peak(NamedTuple):
     amplitude: Float[Array, ""]
 
 
+@takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))
 def unbalance_peak(
     machine: Machine,
     output: str,

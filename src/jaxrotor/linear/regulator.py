@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import matrix, takes
 from ..errors import InputError
 from ..parameter import known
 from .matrix_equations import lyapunov, riccati, stable
@@ -32,6 +33,7 @@ class Compensator(NamedTuple):
     cost: Float[Array, ""]
 
 
+@takes(A=matrix, B=matrix, Q=matrix, R=matrix)
 def lqr(A: Any, B: Any, Q: Any, R: Any) -> Regulator:
     """The feedback u = -gain x of x' = A x + B u with the least integral of x' Q x + u' R u.
 
@@ -49,6 +51,9 @@ def lqr(A: Any, B: Any, Q: Any, R: Any) -> Regulator:
     return found
 
 
+@takes(
+    A=matrix, B=matrix, C=matrix, Q=matrix, R=matrix, process_noise=matrix, measurement_noise=matrix
+)
 def lqg(
     A: Any, B: Any, C: Any, Q: Any, R: Any, process_noise: Any, measurement_noise: Any
 ) -> Compensator:
@@ -75,6 +80,7 @@ def lqg(
     return Compensator(A - B @ K - L @ C, L, -K, cost)
 
 
+@takes(A=matrix, B=matrix, K=matrix, Q=matrix, R=matrix, X0=matrix)
 def closed_loop_cost(A: Any, B: Any, K: Any, Q: Any, R: Any, X0: Any) -> Float[Array, ""]:
     """What the feedback u = -K x costs: the integral of x' Q x + u' R u, from initial states with mean
     square X0 = E[x0 x0'] (d, d): trace(P X0), P by a Lyapunov equation. With X0 the intensity of white noise

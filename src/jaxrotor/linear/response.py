@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import names, number, numbers, takes
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..machine.system import assemble
@@ -44,6 +45,7 @@ class FrequencyResponse(eqx.Module):
         return jnp.angle(self.values)
 
 
+@takes(inputs=names, outputs=names, frequencies=numbers("rad/s"), speed=number("rad/s"))
 def frequency_response(
     machine: Machine,
     inputs: str | Sequence[str],

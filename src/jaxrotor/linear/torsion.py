@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from ..arguments import number, numbers, takes, whole
 from ..errors import InputError
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -43,6 +44,7 @@ class Interference(NamedTuple):
     separation: float
 
 
+@takes()
 def torsional(model: LinearModel) -> LinearModel:
     """The twisting of a linear model alone, all other coordinates held: a `LinearModel` over phi."""
     rows = np.array([i for i, (_, c) in enumerate(model.coordinates) if c == "phi"], int)
@@ -66,6 +68,7 @@ def torsional(model: LinearModel) -> LinearModel:
     return LinearModel(M, C, G, K, A, B, model.speed, model.spins[rows], model.state, labels)
 
 
+@takes(speed=number("rad/s"), count=whole(1))
 def torsional_modes(
     machine: Machine, speed: Any = 0.0, count: int | None = None, at: Any = "equilibrium"
 ) -> list[TorsionalMode]:
@@ -121,6 +124,7 @@ def _carriers(machine: Machine) -> tuple[str, ...]:
     return tuple(found)
 
 
+@takes()
 def holzer_table(mode: TorsionalMode) -> str:
     """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part."""
     w = mode.frequency
@@ -135,6 +139,7 @@ def holzer_table(mode: TorsionalMode) -> str:
     return "\n".join(lines)
 
 
+@takes(orders=numbers(above=0.0), speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def interferences(
     machine: Machine,
     orders: Sequence[float],

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive, takes
 from ..errors import InputError
 from ..machine.field import Evaluation, evaluate, jacobian, watched_field
 from ..machine.lineup import line_up, stack
@@ -56,6 +57,9 @@ class EnergyAudit(eqx.Module):
         return jnp.max(jnp.abs(self.residual)) / self.exchanged
 
 
+@takes(
+    t_end=positive("s"), sample_rate=positive("Hz"), step=None, rtol=number(above=0.0, below=1.0)
+)
 def energy_audit(
     machine: Machine,
     t_end: float,

@@ -4,11 +4,13 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
+from ..arguments import number, takes, whole
 from ..errors import InputError
 from ..solve.response import Response, StationResponse
 from .record import Series
 
 
+@takes(pulses=whole(1), first=number("rad"))
 def angle_of(instants, pulses: int, first: float = 0.0) -> Series:
     """The angle at recorded instants (s, rising): each of `pulses` in a turn is 2 pi/pulses further.
 
@@ -19,6 +21,7 @@ def angle_of(instants, pulses: int, first: float = 0.0) -> Series:
     return Series(at, first + 2 * np.pi / pulses * np.arange(at.size), unit="rad")
 
 
+@takes(pulses=whole(1))
 def speed_of(instants, pulses: int) -> Series:
     """The mean speed between recorded instants, rad/s, in the middle between them."""
     _check(pulses)
@@ -26,6 +29,7 @@ def speed_of(instants, pulses: int) -> Series:
     return Series(0.5 * (at[1:] + at[:-1]), 2 * np.pi / pulses / np.diff(at), unit="rad/s")
 
 
+@takes(pulses=whole(1))
 def pulse_times(response: Response, station: str, pulses: int) -> np.ndarray:
     """Instants (s) at which a station passes the marks of an encoder, forwards, during a run.
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import path, takes
 from ..document import read_document
 from ..errors import InputError
 from ..machine.wiring import unknown
@@ -16,6 +17,7 @@ _FILE_KEYS = ("file", "time", "name", "offset", "sort", "missing", "channels")
 _CHANNEL_KEYS = ("column", "unit", "file", "time", "offset", "sort", "missing")
 
 
+@takes(path=path)
 def read_record(path: str | os.PathLike) -> Record:
     """A recorded run, described by a TOML file such as
 

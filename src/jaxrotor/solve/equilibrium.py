@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import takes
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free
@@ -22,6 +23,7 @@ _RUNNING_ITERATIONS = 100
 _HELD = 1e-9
 
 
+@takes()
 def static_equilibrium(machine: Machine) -> State:
     """The machine at rest under gravity and constant loads at t = 0, by Newton's method.
 

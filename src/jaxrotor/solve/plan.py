@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive, takes, whole
 from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
@@ -53,6 +54,13 @@ def bucket(substeps: float) -> int:
     return 64 * math.ceil(substeps / 64 - 1e-9)
 
 
+@takes(
+    t_end=positive("s"),
+    sample_rate=positive("Hz"),
+    speed=number("rad/s"),
+    tolerance=number(above=0.0, below=1.0),
+    order=whole(2, 7),
+)
 def plan(
     machine: Machine,
     t_end: float,

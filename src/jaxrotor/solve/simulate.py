@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive, takes
 from ..errors import InputError
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
@@ -41,6 +42,14 @@ _PLANS = 4
 Initial = Literal["static", "running", "steady", "undeformed"]
 
 
+@takes(
+    t_end=positive("s"),
+    sample_rate=positive("Hz"),
+    solver=None,
+    step=None,
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+)
 def simulate(
     machine: Machine,
     t_end: float,

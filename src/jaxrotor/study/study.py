@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..arguments import path, takes
 from ..document import read_document
 from ..errors import InputError
 from ..machine import Machine
@@ -58,6 +59,7 @@ class Study:
         return jaxrotor.simulate(self.machine, **self.settings.arguments(), progress=progress)
 
 
+@takes(path=path)
 def load(path: str | Path) -> Study:
     """Reads and checks a study file (TOML).
 

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from ..arguments import mapping, number, positive, takes, whole
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..parameter import require_x64
@@ -33,6 +34,17 @@ from .planning import NO_STEP, Steps, row_of, steps_of
 from .store import Kept, Store
 
 
+@takes(
+    parameters=None,
+    outputs=mapping,
+    t_end=positive("s"),
+    sample_rate=positive("Hz"),
+    step=None,
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+    store=None,
+    chunk=whole(1),
+)
 def sweep(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
