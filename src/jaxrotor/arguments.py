@@ -184,6 +184,20 @@ def real_array(value: Any) -> np.ndarray | None:
         return None
 
 
+def complex_number(value: Any, place: str) -> Any:
+    """One finite number, real or complex."""
+    if isinstance(value, Tracer):
+        return value
+    parts = (
+        (value.real, value.imag) if isinstance(value, (complex, np.complexfloating)) else (value,)
+    )
+    if getattr(value, "dtype", None) == np.complex128 and np.shape(value) == ():
+        parts = (float(value.real), float(value.imag))
+    for part in parts:
+        number()(part, place)
+    return value
+
+
 def whole(least: int = 0, most: int = MANY) -> Check:
     """A whole number from `least` to `most`."""
 
@@ -242,9 +256,13 @@ def names(value: Any, place: str) -> Any:
 
 
 def mapping(value: Any, place: str) -> Any:
-    if isinstance(value, Mapping):
-        return value
-    raise InputError(f"{place} must be a dict, but is {short(value)}")
+    """A dict whose keys are names."""
+    if not isinstance(value, Mapping):
+        raise InputError(f"{place} must be a dict, but is {short(value)}")
+    for key in value:
+        if not isinstance(key, str):
+            raise InputError(f"{place} must be a dict of names, but one is {short(key)}: quote it")
+    return value
 
 
 def listed(value: Any, place: str) -> Any:

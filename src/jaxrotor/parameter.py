@@ -158,7 +158,9 @@ def problems(
         if field.name not in own:
             along = straight or field.metadata.get("straight", False)
             for name, part in nested(field, value):
-                yield from problems(part, place, f"{prefix}{name}.", along)
+                for sentence in problems(part, place, f"{prefix}{name}.", along):
+                    sound = False
+                    yield sentence
     if sound and hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
         with jax.ensure_compile_time_eval():
             for sentence in jax.tree.map(known, module).faults():

@@ -18,6 +18,11 @@ def option(check: Check | None = None, **kwargs: Any) -> Any:
     return eqx.field(static=True, metadata=dict(check=check), **kwargs)
 
 
+def as_tuple(value: Any) -> Any:
+    """Several parts as a tuple; what is no list stays as it is, to be refused by name."""
+    return tuple(value) if isinstance(value, list) else value
+
+
 @functools.cache
 def option_checks(cls: type) -> dict[str, tuple[Check, bool]]:
     """Of each field that is no part of the pytree: (its check, whether it may be `None`)."""

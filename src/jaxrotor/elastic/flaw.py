@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..part import Part
+from ..part import Part, as_tuple
 from ..protocol import Vec6
 
 # Bending of a section, seen from the frame that turns with it: how much the slope grows from end to
@@ -71,7 +71,7 @@ class AbstractFlaw(Part):
 class Flaws(AbstractFlaw):
     """Several flaws of one section: a tuple of flaws given to a shaft becomes this."""
 
-    parts: tuple[AbstractFlaw, ...] = eqx.field(converter=tuple)
+    parts: tuple[AbstractFlaw, ...] = eqx.field(converter=as_tuple)
 
     def faults(self):
         if not self.parts:

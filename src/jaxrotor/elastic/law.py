@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics import COORDINATES
 from ..parameter import parameter
-from ..part import Part
+from ..part import Part, as_tuple
 from ..protocol import NonSmooth
 from ..touch import area, contact, depth
 
@@ -166,7 +166,7 @@ class Parallel(AbstractLaw):
     frequency, as rubber does.
     """
 
-    parts: tuple[AbstractLaw, ...] = eqx.field(converter=tuple)
+    parts: tuple[AbstractLaw, ...] = eqx.field(converter=as_tuple)
 
     def faults(self):
         if not self.parts:

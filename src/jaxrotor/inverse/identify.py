@@ -11,9 +11,10 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
-from ..arguments import listed, mapping, takes
+from ..arguments import listed, mapping, takes, whole
 from ..errors import InputError
 from ..machine.machine import Machine
+from ..machine.wiring import unknown
 from ..measure.channel import as_channels
 from ..parameter import require_x64
 from .bench import Bench
@@ -33,6 +34,7 @@ from .unknown import as_unknowns
 _QUIET = 1e-6
 
 
+@takes(iterations=whole(1), optimiser=None)
 @dataclasses.dataclass(frozen=True)
 class Stage:
     """One search of several: in a `domain`, from where the last one ended.
@@ -80,7 +82,9 @@ def identify(
     machine.check()
     bench = Bench(machine, as_channels(dict(sensors)))
     space = Space.of(bench, as_unknowns(parameters))
-    searches = [s if isinstance(s, Stage) else Stage(s) for s in stages]
+    searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
+    if shaft is not None and shaft not in machine.wiring.stations:
+        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
     if not searches:
         raise InputError("stages: name one at least, such as Time()")
     begun = bench.set(dict(zip(space.paths, space.starts)))

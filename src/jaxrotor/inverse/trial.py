@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import mapping, positive, takes
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.record import Record
@@ -16,6 +17,7 @@ from ..solve.simulate import Initial
 from ..solve.state import State
 
 
+@takes(sample_rate=positive("Hz"), solver=None, conditions=mapping)
 @dataclasses.dataclass(frozen=True)
 class Trial:
     """**Arguments:**

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import takes, whole
+from ..arguments import complex_number, takes, whole
 from ..errors import InputError
 from ..parameter import known
 from .linearise import LinearModel
@@ -27,7 +27,7 @@ class Cluster(NamedTuple):
     spread: Complex[Array, ""]
 
 
-@takes(count=whole(1))
+@takes(near=complex_number, count=whole(1))
 def pole_cluster(model: LinearModel, near: Any, count: int = 2) -> Cluster:
     """Mean and spread of the `count` eigenvalues of a linear model nearest to `near` (complex, 1/s).
 

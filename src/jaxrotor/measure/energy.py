@@ -58,7 +58,10 @@ class EnergyAudit(eqx.Module):
 
 
 @takes(
-    t_end=positive("s"), sample_rate=positive("Hz"), step=None, rtol=number(above=0.0, below=1.0)
+    t_end=positive("s"),
+    speed=number("rad/s"),
+    sample_rate=positive("Hz"),
+    rtol=number(above=0.0, below=1.0),
 )
 def energy_audit(
     machine: Machine,

@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from .weights import (
     STAGES,
     AdamsWeights,
@@ -202,9 +203,8 @@ class ExponentialAdams(AbstractExponential):
         lengths=None,
         exact_rows: int = 0,
     ):
-        if order not in range(2, 8):
-            raise ValueError(f"Argument `order` must be 2 to 7, but is {order}")
-        self.order_, self.substeps = order, substeps
+        self.order_ = whole(2, 7)(order, "order")
+        self.substeps = whole(1)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
     def order(self, terms):

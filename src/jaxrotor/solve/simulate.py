@@ -46,7 +46,6 @@ Initial = Literal["static", "running", "steady", "undeformed"]
     t_end=positive("s"),
     sample_rate=positive("Hz"),
     solver=None,
-    step=None,
     rtol=number(above=0.0, below=1.0),
     atol=positive(),
 )

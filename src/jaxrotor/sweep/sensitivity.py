@@ -188,6 +188,7 @@ def _standardised(ranks: np.ndarray) -> tuple[np.ndarray, float] | None:
     parameters=None,
     outputs=mapping,
     t_end=positive("s"),
+    speed=number("rad/s"),
     sample_rate=positive("Hz"),
     rtol=number(above=0.0, below=1.0),
     atol=positive(),
