@@ -415,7 +415,10 @@ BAD_RUNS = {
     ),
     "text for a solver": (lambda: run(solver="Tsit5"), "solver diffrax 'Tsit5'"),
     "class for a solver": (lambda: run(solver=diffrax.Tsit5), "solver diffrax Tsit5()"),
-    "negative tolerance": (lambda: run(solver=diffrax.Tsit5(), rtol=-1.0), "rtol positive -1"),
+    "negative tolerance": (
+        lambda: run(solver=diffrax.Tsit5(), rtol=-1.0),
+        "rtol above 0 below 1 -1",
+    ),
     "no machine": (lambda: jr.simulate("main", 0.01, 1000.0), "machine Machine"),
     "load that nothing carries": (
         lambda: jr.static_equilibrium(jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0))),

@@ -1,4 +1,4 @@
-"""The gate of every public function and class: is each argument what it must be?
+"""What an argument may be: counts, times, choices, names. `gate` asks this of every public call.
 
 A *check* takes a value and the words that name it, and returns the value as it is used from there on (a
 `np.float32` as a float, a `np.int64` as an int), or raises `InputError`. What `jit`, `vmap` or `grad` trace
@@ -6,23 +6,17 @@ passes where it is a number.
 """
 
 import difflib
-import functools
-import inspect
 import os
 import reprlib
-import types
-import typing
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import jax
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import AbstractArray
 
 from .errors import InputError
 
-P, R = ParamSpec("P"), TypeVar("R")
 Check = Callable[[Any, str], Any]
 
 # No list of so many points, cases or draws is meant: it would not fit into memory.
@@ -87,7 +81,7 @@ def number(
         else:
             found = value
         if not is_number(found):
-            raise InputError(f"{place} must be a number{inside}, but is {short(value)}")
+            raise InputError(f"{place} must be one number{inside}, but is {short(value)}")
         try:
             found = float(found)
         except (OverflowError, ValueError, TypeError):
@@ -119,12 +113,17 @@ def numbers(
     least: float | None = None,
     above: float | None = None,
     fewest: int = 1,
+    size: int | None = None,
     rising: bool = False,
 ) -> Check:
-    """A row of finite numbers (n,), or one number alone; `rising`: each above the one before."""
+    """A row of finite numbers (n,), or one number alone. `fewest`, or `size`: how many. `rising`: each above
+    the one before."""
     inside = f" in {unit}" if unit else ""
-    words = f"a {'rising ' if rising else ''}list of {fewest} number{'s' * (fewest > 1)} at least"
-    words = (words if fewest > 1 else f"a {'rising ' * rising}list of numbers") + inside
+    order = "rising " * rising
+    words = (
+        f"a {order}list of {fewest} numbers at least" if fewest > 1 else f"a {order}list of numbers"
+    )
+    words = (words if size is None else f"{size} {order}numbers") + inside
 
     def check(value: Any, place: str) -> Any:
         found = jax.lax.stop_gradient(value) if isinstance(value, Tracer) else value
@@ -133,7 +132,7 @@ def numbers(
         found = real_array(found)
         if found is None:
             raise InputError(f"{place} must be {words}, but is {short(value)}")
-        if found.ndim > 1 or found.size < fewest:
+        if found.ndim > 1 or found.size < fewest or size not in (None, found.size):
             raise InputError(f"{place} must be {words}, but has shape {found.shape}")
         row = np.atleast_1d(found)
         bad = ~np.isfinite(row)
@@ -163,6 +162,24 @@ def matrix(value: Any, place: str) -> Any:
     if not np.isfinite(found).all():
         raise InputError(f"{place} must be finite, but holds {found[~np.isfinite(found)][0]:g}")
     return value if isinstance(value, jax.Array) else found
+
+
+def complex_array(value: Any, place: str, ndim: int = 1) -> np.ndarray:
+    """Finite complex numbers, (n,) or (m, n)."""
+    try:
+        found = np.asarray(value, complex) if not isinstance(value, str) else None
+    except (TypeError, ValueError, OverflowError):
+        found = None
+    if found is None or np.asarray(value).dtype.kind not in "iufc":
+        raise InputError(f"{place} must be complex numbers, but is {short(value)}")
+    found = (np.atleast_1d, np.atleast_2d)[ndim - 1](found)
+    if found.ndim != ndim or not found.size:
+        raise InputError(
+            f"{place} must be a {('row', 'matrix')[ndim - 1]}, but has shape {found.shape}"
+        )
+    if not np.isfinite(found).all():
+        raise InputError(f"{place} must be finite, but holds {found[~np.isfinite(found)][0]:g}")
+    return found
 
 
 def real_array(value: Any) -> np.ndarray | None:
@@ -277,100 +294,3 @@ def path(value: Any, place: str) -> Any:
     if isinstance(value, os.PathLike) or (isinstance(value, str) and value.strip()):
         return value
     raise InputError(f"{place} must be the path of a file, but is {short(value)}")
-
-
-_PLAIN: dict[Any, Check] = {bool: flag, int: whole(), float: number(), str: some_text}
-
-
-def by_hint(hint: Any) -> Check | None:
-    """The check that a type hint asks for; `None` where it says nothing."""
-    members = typing.get_args(hint) if typing.get_origin(hint) in _UNIONS else (hint,)
-    plain: list[Check] = []
-    classes: list[type] = []
-    for one in members:
-        if one is type(None):
-            continue
-        if one is Any:
-            return None
-        if isinstance(one, type) and issubclass(one, AbstractArray):
-            continue  # stands beside `float`, or says nothing that could be checked here
-        if typing.get_origin(one) is typing.Literal:
-            plain.append(choice(*typing.get_args(one)))
-        elif one in _PLAIN:
-            plain.append(_PLAIN[one])
-        elif typing.get_origin(one) in (Mapping, dict, _MAPPING):
-            plain.append(mapping)
-        elif isinstance(one, type) and typing.get_origin(one) is None and one is not object:
-            classes.append(one)
-        else:
-            return None
-    if not plain and not classes:
-        return None
-
-    def check(value: Any, place: str) -> Any:
-        if classes and isinstance(value, tuple(classes)):
-            return value
-        if plain:
-            return plain[0](value, place)
-        wanted = " or ".join(f"a {c.__name__}" for c in classes)
-        given = value.__name__ if isinstance(value, type) else short(value)
-        raise InputError(f"{place} must be {wanted}, but is {given} ({type(value).__name__})")
-
-    return check
-
-
-_UNIONS = (typing.Union, types.UnionType)
-_MAPPING = typing.get_origin(typing.Mapping[str, Any])
-
-
-def bound(place: str, signature: inspect.Signature, args: tuple, kwargs: dict):
-    """What a call gives to each parameter; raises `InputError` for a name that is none of them, for one
-    that is missing, and for too many."""
-    try:
-        return signature.bind(*args, **kwargs)
-    except TypeError as error:
-        known = [name for name in signature.parameters if name != "self"]
-        for name in kwargs:
-            if name not in known:
-                guess = nearest(name, known) or f"; known: {', '.join(known) or 'none'}"
-                raise InputError(f"`{place}`: there is no argument {name!r}{guess}") from None
-        required = [n for n, p in signature.parameters.items() if p.default is p.empty]
-        missing = [n for n in required[len(args) :] if n not in kwargs and n in known]
-        words = f"{' and '.join(missing)} must be given" if missing else str(error)
-        raise InputError(f"`{place}`: {words}: write {place}({', '.join(known)})") from None
-
-
-def takes(**checks: Check | None) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A public function (or dataclass) whose arguments are checked before anything runs: each by its entry
-    here (`None`: the function itself looks at it), else by its type hint. `None` passes where it is the
-    default."""
-
-    def gate(function: Callable[P, R]) -> Callable[P, R]:
-        if isinstance(function, type):
-            function.__init__ = gate(function.__init__)
-            return function
-        place = function.__qualname__.removesuffix(".__init__")
-        signature = inspect.signature(function)
-
-        @functools.cache
-        def by_name() -> dict[str, Check]:
-            hints = typing.get_type_hints(function)
-            found = {name: by_hint(hints.get(name)) for name in signature.parameters}
-            return {name: c for name, c in (found | checks).items() if c is not None}
-
-        @functools.wraps(function)
-        def gated(*args: P.args, **kwargs: P.kwargs) -> R:
-            given = bound(place, signature, args, kwargs)
-            known = by_name()
-            for name, value in given.arguments.items():
-                kind = signature.parameters[name].kind
-                if name not in known or kind in (kind.VAR_KEYWORD, kind.VAR_POSITIONAL):
-                    continue
-                if value is None and signature.parameters[name].default is None:
-                    continue
-                given.arguments[name] = known[name](value, name)
-            return function(*given.args, **given.kwargs)
-
-        return gated
-
-    return gate

@@ -19,6 +19,7 @@ from jaxtyping import Array
 
 from .arguments import real_array, short
 from .errors import InputError
+from .gate import takes
 
 X64_REMEDY = (
     "jaxrotor needs 64-bit floats, but JAX is set to 32 bits: call "
@@ -51,6 +52,7 @@ def as_float64(value: Any) -> Any:
         return value
 
 
+@takes()
 def parameter(
     unit: str = "",
     *,

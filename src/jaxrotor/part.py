@@ -8,14 +8,15 @@ from typing import Any
 
 import equinox as eqx
 
-from .arguments import Check, bound, by_hint
+from .arguments import Check
 from .errors import InputError
+from .gate import bound, by_hint
 
 
-def option(check: Check | None = None, **kwargs: Any) -> Any:
+def option(check: Check | None = None, metadata: dict | None = None, **kwargs: Any) -> Any:
     """A field that is a choice, not a physical parameter: a count, a name, true or false. Another value of
     it is another program. `check`: what it must be (left out: what its type hint says)."""
-    return eqx.field(static=True, metadata=dict(check=check), **kwargs)
+    return eqx.field(static=True, metadata=dict(check=check) | (metadata or {}), **kwargs)
 
 
 def as_tuple(value: Any) -> Any:

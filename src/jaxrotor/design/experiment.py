@@ -10,9 +10,10 @@ import equinox as eqx
 import jax
 from jaxtyping import Array
 
+from ..arguments import positive
 from ..errors import InputError
 from ..machine.machine import Machine
-from ..part import Part
+from ..part import Part, option
 from ..solve.adaptive import solver_for
 from ..solve.checks import is_driven
 from ..solve.exponential import AbstractExponential
@@ -87,8 +88,8 @@ class Transient(AbstractExperiment):
     - `variations`: a batch of machines about the design, all of them run.
     """
 
-    t_end: float = eqx.field(static=True)
-    sample_rate: float = eqx.field(static=True)
+    t_end: float = option(positive("s"))
+    sample_rate: float = option(positive("Hz"))
     initial: Any = "static"
     speed: Any = None
     conditions: Mapping[str, Any] = eqx.field(default_factory=dict)

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import choice, number, text, whole
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..linear.cluster import decay_rate, pole_cluster
@@ -19,7 +20,7 @@ from ..linear.torsion import torsional
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..parameter import parameter, problems
-from ..part import Part
+from ..part import Part, option
 from .criterion import Criterion, Judging
 from .mass import total_mass
 
@@ -63,15 +64,18 @@ class ResponsePeaks(AbstractMachineMeasure):
     """The `count` highest peaks of |output per input| between `start` and `stop`, rad/s: see
     `response_peaks`. Minimised, their largest is: the H-infinity norm, where the range holds it."""
 
-    input: str = eqx.field(static=True)
-    output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True, metadata=_FREQUENCY)
-    stop: float = eqx.field(static=True, metadata=_FREQUENCY)
-    count: int = eqx.field(static=True, default=2)
+    input: str = option(text)
+    output: str = option(text)
+    start: float = option(number("rad/s", least=0.0), metadata=_FREQUENCY)
+    stop: float = option(number("rad/s", least=0.0), metadata=_FREQUENCY)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = ""
+
+    def faults(self):
+        yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, " count"]:
         peaks = response_peaks(
@@ -84,10 +88,10 @@ class ResponsePeaks(AbstractMachineMeasure):
 class H2Norm(AbstractMachineMeasure):
     """RMS of `output` under white noise at `input`: see `h2_norm`."""
 
-    input: str = eqx.field(static=True)
-    output: str = eqx.field(static=True)
+    input: str = option(text)
+    output: str = option(text)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = ""
 
@@ -107,7 +111,7 @@ class DecayRate(AbstractMachineMeasure):
     coalesce, as at the greatest stability, it has no slope: `PoleMean` and `PoleSpread` do."""
 
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s"
 
@@ -120,9 +124,9 @@ class PoleMean(AbstractMachineMeasure):
     they coalesce. See `pole_cluster`."""
 
     near: Float[Array, "2"] = parameter("1/s", shapes=((2,),))
-    count: int = eqx.field(static=True, default=2)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s"
 
@@ -135,9 +139,9 @@ class PoleSpread(AbstractMachineMeasure):
     where they coalesce, `PoleSpread(...).equal_to(0.0)`."""
 
     near: Float[Array, "2"] = parameter("1/s", shapes=((2,),))
-    count: int = eqx.field(static=True, default=2)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s^2"
 
@@ -156,14 +160,22 @@ class UnbalancePeak(AbstractMachineMeasure):
     """The highest response of `output` to the machine's unbalance between the speeds `start` and `stop`,
     rad/s: see `unbalance_peak`."""
 
-    output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True, metadata=_SPEED)
-    stop: float = eqx.field(static=True, metadata=_SPEED)
-    at: str = eqx.field(static=True, default="equilibrium")
+    output: str = option(text)
+    start: float = option(number("rad/s"), metadata=_SPEED)
+    stop: float = option(number("rad/s"), metadata=_SPEED)
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     unit: ClassVar[str] = ""
+
+    def faults(self):
+        yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, ""]:
         return unbalance_peak(machine, self.output, self.start, self.stop, at=self.at).amplitude
+
+
+def _range_faults(measure: Any):
+    if not measure.start < measure.stop:
+        yield f"start and stop must rise, but are {measure.start:g} and {measure.stop:g} rad/s"
 
 
 def unit_on(measure: Any, machine: Machine) -> str:

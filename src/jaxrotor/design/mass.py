@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..arguments import takes
+from ..gate import takes
 from ..machine.lineup import Block, line_up
 from ..machine.machine import Machine
 from ..protocol import AbstractInertia, Carried, Massive

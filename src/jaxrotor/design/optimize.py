@@ -9,8 +9,9 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
-from ..arguments import listed, number, takes, whole
+from ..arguments import listed, number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..inverse.bench import Bench
 from ..inverse.identify import place_of
 from ..inverse.space import Space

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..arguments import number, takes, whole
+from ..arguments import number, whole
 from ..design.peak import PeakValue
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..measure.sensor import AbstractSensor

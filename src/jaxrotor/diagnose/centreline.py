@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arguments import positive, takes, whole
+from ..arguments import positive, whole
+from ..gate import takes
 from .orders import blocks_of
 from .turning import with_pair
 

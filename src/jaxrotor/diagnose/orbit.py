@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import positive, takes, whole
+from ..arguments import positive, whole
 from ..errors import InputError
+from ..gate import takes
 from .orders import OrderTrack, track
 from .turning import TURN, with_pair
 
@@ -72,6 +73,7 @@ class Orbit(NamedTuple):
     orders: np.ndarray
     amplitude: np.ndarray
 
+    @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:
         """Of one of the `orders`."""
         at = np.flatnonzero(np.abs(self.orders - order) < 1e-9)

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arguments import number, positive, takes, whole
+from ..arguments import number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 from .turning import Turning
 

@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import positive, takes
+from ..arguments import positive
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 
 

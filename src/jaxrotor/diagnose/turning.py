@@ -4,8 +4,9 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import elementwise
 
-from ..arguments import number, positive, takes
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 
 TURN = 2 * np.pi

@@ -5,8 +5,9 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..arguments import number, positive, takes
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known, parameter
 from .flaw import AbstractFlaw, towards
 

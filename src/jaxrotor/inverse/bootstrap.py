@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..arguments import number, takes, whole
+from ..arguments import number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..measure.noise import Noise
 from .fit import search
 from .identification import Identification

@@ -11,8 +11,9 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
-from ..arguments import listed, mapping, takes, whole
+from ..arguments import listed, mapping, number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..measure.channel import as_channels
@@ -88,8 +89,8 @@ def identify(
     if not searches:
         raise InputError("stages: name one at least, such as Time()")
     begun = bench.set(dict(zip(space.paths, space.starts)))
-    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
     places = jnp.stack([jnp.zeros(len(space)), *(place_of(space, start) for start in starts)])
+    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
     total = sum(stage.iterations for stage in searches)
     bar = tqdm(
         total=total,
@@ -115,6 +116,7 @@ def identify(
 
 def place_of(space: Space, start: Mapping[str, float]):
     """Where a start lies in the search; raises `InputError`."""
+    mapping(start, "starts: each")
     wrong = [path for path in start if path not in space.paths]
     if wrong:
         raise InputError(
@@ -122,7 +124,7 @@ def place_of(space: Space, start: Mapping[str, float]):
         )
     values = np.array(space.starts)
     for path, value in start.items():
-        values[space.paths.index(path)] = value
+        values[space.paths.index(path)] = number()(value, f"starts: `{path}`")
     place = space.places(values)
     if not np.isfinite(place).all():
         path = space.paths[int(np.argmin(np.isfinite(place)))]

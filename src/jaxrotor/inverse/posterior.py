@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from tqdm import tqdm
 
-from ..arguments import takes, whole
+from ..arguments import whole
 from ..errors import InputError
+from ..gate import takes
 from .identification import Identification
 from .problem import Problem, residual_and_slopes
 from .simulated import records_and_slopes

@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
-from ..arguments import positive, takes, whole
+from ..arguments import positive, whole
 from ..errors import InputError
+from ..gate import takes
 from .fit import search
 from .identification import Identification
 

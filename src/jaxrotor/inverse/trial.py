@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import mapping, positive, takes
+from ..arguments import mapping, positive
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..measure.record import Record
 from ..solve.adaptive import solver_for

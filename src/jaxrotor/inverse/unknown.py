@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import listed, mapping, number, numbers, positive, takes, text
+from ..arguments import listed, mapping, number, numbers, positive, text
 from ..errors import InputError
+from ..gate import takes
 
 _ENTRY = re.compile(r"(.+?)\[(\d+)\]")
 
@@ -19,8 +20,8 @@ Kind = Literal["free", "positive", "bounded", "circular"]
 @takes(
     path=text,
     start=number(),
-    bounds=numbers(fewest=2),
-    prior=numbers(fewest=2),
+    bounds=numbers(size=2),
+    prior=numbers(size=2),
     scale=positive(),
     also=mapping,
 )

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
-from ..arguments import numbers, takes, whole
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
 from .lowest import lowest
@@ -42,6 +43,7 @@ class Campbell(eqx.Module):
         """(n, m); negative is unstable."""
         return -np.real(self.eigenvalues) / np.abs(self.eigenvalues)
 
+    @takes(order=number())
     def crossings(self, order: float = 1.0) -> dict[str, list[float]]:
         """Speeds (rad/s) at which each mode meets `order` times the speed, between the speeds given, by
         interpolation; `critical_speeds` finds them exactly."""

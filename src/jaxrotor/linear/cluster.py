@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import complex_number, takes, whole
+from ..arguments import complex_number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known
 from .linearise import LinearModel
 from .matrix_equations import balance

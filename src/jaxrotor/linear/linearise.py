@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import number, takes
+from ..arguments import number
 from ..errors import InputError
+from ..gate import takes
 from ..kinematics import COORDINATES
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out

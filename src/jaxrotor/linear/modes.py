@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arguments import takes, whole
+from ..arguments import whole
+from ..gate import takes
 from .linearise import LinearModel
 from .lowest import lowest
 

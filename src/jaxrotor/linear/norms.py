@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import number, takes, whole
+from ..arguments import number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..parameter import known
 from .matrix_equations import lyapunov, stable

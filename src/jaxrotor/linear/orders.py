@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import names, numbers, takes
+from ..arguments import names, numbers
 from ..errors import InputError
+from ..gate import takes
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of

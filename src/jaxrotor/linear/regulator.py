@@ -6,8 +6,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..arguments import matrix, takes
+from ..arguments import matrix
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known
 from .matrix_equations import fit, lyapunov, riccati, shape_of, stable
 

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import names, number, numbers, takes
+from ..arguments import names, number, numbers
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..solve.state import to_flat

@@ -8,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
-from ..arguments import names, numbers, takes, whole
+from ..arguments import names, numbers, whole
 from ..attach.support import LinearSupport, SpeedDependentSupport
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from .critical import at_rest

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..arguments import number, numbers, takes, whole
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..protocol import AbstractConnector, Signalling

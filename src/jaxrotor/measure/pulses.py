@@ -4,8 +4,9 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from ..arguments import number, numbers, takes, whole
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..solve.response import Response, StationResponse
 from .record import Series
 

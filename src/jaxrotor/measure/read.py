@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import path, takes
+from ..arguments import path
 from ..document import read_document
 from ..errors import InputError
+from ..gate import takes
 from ..machine.wiring import unknown
 from ..units import known_unit, quantity, read
 from .record import Record, Series

@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import takes
 from ..errors import InputError
+from ..gate import takes
 from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free
 from ..machine.machine import Machine

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..arguments import whole
+from ..gate import takes
 from .weights import (
     STAGES,
     AdamsWeights,
@@ -121,6 +122,7 @@ class AbstractExponential(diffrax.AbstractSolver):
         return terms.vf(t0, y0, args)
 
 
+@takes(substeps=whole(1), linear_part=None, lengths=None)
 class ETD4RK(AbstractExponential):
     """Krogstad's fourth-order exponential Runge-Kutta method, at constant steps.
 
@@ -195,6 +197,7 @@ class ExponentialAdams(AbstractExponential):
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
 
+    @takes(linear_part=None, lengths=None)
     def __init__(
         self,
         order: int = 6,

@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import number, positive, takes, whole
+from ..arguments import number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble

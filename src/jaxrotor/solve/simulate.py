@@ -10,8 +10,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..arguments import number, positive, takes
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import either, takes
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
@@ -44,6 +45,7 @@ Initial = Literal["static", "running", "steady", "undeformed"]
 
 @takes(
     t_end=positive("s"),
+    step=either(Plan, positive("s")),
     sample_rate=positive("Hz"),
     solver=None,
     rtol=number(above=0.0, below=1.0),
@@ -88,7 +90,7 @@ def simulate(
     require_x64()
     check_solver(machine, solver, step, rtol, atol)
     machine.check()
-    count = sample_count(t_end, sample_rate)
+    count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
     speed = initial_speed(machine, initial, speed)
     words = initial if isinstance(initial, str) else "given state"
     interval = jnp.asarray(1.0 / sample_rate, float)

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import path, takes
+from ..arguments import path
 from ..document import read_document
 from ..errors import InputError
+from ..gate import takes
 from ..machine import Machine
 from ..parameter import require_x64
 from ..protocol import AbstractPrescribed, AbstractStation

@@ -1,6 +1,7 @@
 """Which machines a sweep runs: a table of parameters, a row for each."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -46,6 +47,7 @@ class Cases:
         """Every combination; the last axis runs fastest."""
         mapping(axes, "axes")
         named = {path: _column(path, value) for path, value in axes.items()}
+        whole(1)(math.prod(x.size for x in named.values()), "axes: the number of combinations")
         mesh = np.meshgrid(*named.values(), indexing="ij") if named else []
         values = {path: x.ravel() for path, x in zip(named, mesh)}
         words = " x ".join(str(x.size) for x in named.values())
@@ -94,7 +96,7 @@ class Cases:
     def tied(self, ties: Mapping[str, str]) -> "Cases":
         """With further parameters that follow one that is swept: `{"right.stiffness[0]":
         "left.stiffness[0]"}`."""
-        for new, old in ties.items():
+        for new, old in mapping(ties, "ties").items():
             if old not in self.values:
                 raise InputError(f"`{new}`: follows `{old}`, which is not swept")
             if new in self.values:

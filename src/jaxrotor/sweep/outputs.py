@@ -9,19 +9,24 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..design.machine_measures import AbstractMachineMeasure
 from ..design.measure import AbstractMeasure, AbstractSignalMeasure, Seen, see
 from ..errors import InputError
 from ..measure.sensor import AbstractSensor, Tachometer
-from ..parameter import parameter
-from ..part import Part
+from ..parameter import parameter, problems
+from ..part import Part, option
 
 
 class TimeSeries(Part):
     """What a sensor sees, every `every`-th sample of it."""
 
     sensor: AbstractSensor
-    every: int = eqx.field(static=True, default=1)
+    every: int = option(whole(1), default=1)
+
+    def __check_init__(self):
+        if found := list(problems(self, "TimeSeries")):
+            raise InputError(*found)
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return (self.sensor,)
@@ -37,6 +42,14 @@ class OverSpeed(Part):
     sensor: AbstractSensor
     speed_of: str = eqx.field(static=True)
     edges: Float[Array, " k1"] = parameter("rad/s", shapes=((None,),))
+
+    def __check_init__(self):
+        if found := list(problems(self, "OverSpeed")):
+            raise InputError(*found)
+
+    def faults(self):
+        if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0):
+            yield f"edges must be two rising speeds at least, but are {self.edges.tolist()} rad/s"
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return self.sensor, Tachometer(self.speed_of)

@@ -11,8 +11,9 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from ..arguments import mapping, number, positive, takes, whole
+from ..arguments import mapping, number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from ..inverse.bench import Bench
 from ..machine.machine import Machine
 from ..solve.simulate import with_count
