@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 from jaxtyping import Array
 
-from ..arguments import positive
+from ..arguments import number, positive
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..part import Part, option
@@ -82,7 +82,7 @@ class Transient(AbstractExperiment):
 
     **Arguments:**
 
-    - `t_end`, `sample_rate`, `initial`, `speed`, `solver`: as for `simulate`.
+    - `t_end`, `sample_rate`, `initial`, `speed`, `solver`, `rtol`, `atol`: as for `simulate`.
     - `step`: a `Plan`, or s; by default planned once, for the machine that the design starts from.
     - `conditions`: path -> value of what is different in this run.
     - `variations`: a batch of machines about the design, all of them run.
@@ -97,6 +97,8 @@ class Transient(AbstractExperiment):
     solver: Any = None
     variations: Variations | None = None
     adjoint: Any = None
+    rtol: float = option(number(above=0.0, below=1.0), default=1e-7)
+    atol: float = option(positive(), default=1e-10)
 
     def machine(self, machine: Machine) -> Machine:
         return machine.set(self.conditions) if self.conditions else machine
@@ -110,6 +112,8 @@ class Transient(AbstractExperiment):
             self.speed,
             self.solver,
             self.step,
+            self.rtol,
+            self.atol,
             adjoint=self.adjoint,
             progress=False,
         )

@@ -97,11 +97,6 @@ def read_optimize(table: Any, machine: Machine, settings: Simulation, folder: Pa
     reader.varied = "variations" in table  # or meant to be
     objective = reader.objective(table.get("objective", []))
     constraints = reader.constraints(table.get("constraints", []))
-    if reader.runs and reader.left_out:
-        faults.add(
-            "optimize",
-            f"the runs of a design take no {' and no '.join(reader.left_out)}: remove it from [simulation]",
-        )
     if faults.sentences or objective is None:
         raise InputError(*faults.sentences)
     return Optimize(unknowns, objective, constraints, starts, options)
