@@ -159,10 +159,10 @@ BAD = {
         "`end` profile ConstantSpeed",
     ),
     "material as text": (lambda: line(section=shaft(material="steel")), "`shaft` material STEEL"),
-    "misspelt twist": (lambda: line(section=shaft(twist="papper")), "`shaft` twist papper paper"),
+    "misspelt twist": (lambda: line(section=shaft(twist="papper")), "`Shaft` twist papper paper"),
     "misspelt damping": (
         lambda: line(section=shaft(damping="fix")),
-        "`shaft` damping 'fix' fixed rotating",
+        "`Shaft` damping 'fix' fixed rotating",
     ),
     "class for an element": (lambda: line(main=jr.Rotor), "`main` Rotor"),
     "number for an element": (lambda: line(main=3.0), "`main` element float"),
@@ -415,7 +415,10 @@ BAD_RUNS = {
     ),
     "text for a solver": (lambda: run(solver="Tsit5"), "solver diffrax 'Tsit5'"),
     "class for a solver": (lambda: run(solver=diffrax.Tsit5), "solver diffrax Tsit5()"),
-    "negative tolerance": (lambda: run(solver=diffrax.Tsit5(), rtol=-1.0), "rtol positive -1"),
+    "negative tolerance": (
+        lambda: run(solver=diffrax.Tsit5(), rtol=-1.0),
+        "rtol above 0 below 1 -1",
+    ),
     "no machine": (lambda: jr.simulate("main", 0.01, 1000.0), "machine Machine"),
     "load that nothing carries": (
         lambda: jr.static_equilibrium(jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0))),

@@ -253,10 +253,7 @@ def test_a_run_of_several_machines(tmp_path, capsys):
             "starts, entry 1`: .*out of its bounds",
         ),
         (("[optimize.variations]", "[optimize.variation]"), "there is no `variation`"),
-        (
-            ('sample_rate = "500 Hz"', 'sample_rate = "500 Hz"\nsolver = "Kvaerno5"\nrtol = 1e-6'),
-            "the runs of a design take no rtol",
-        ),
+        (("iterations = 40", "iterations = 1000000000000"), "iterations must be a whole number"),
         (("[optimize.constraints.measure]", "[optimize.constraints.measures]"), "no `measures`"),
         (('kind = "PeakValue"', ""), "measure has no kind: write measure = .*PeakValue"),
     ],

@@ -240,5 +240,5 @@ def test_series_and_records_refuse():
         jr.Record({"a": VALUES})
     with pytest.raises(jr.InputError, match="holds no signal"):
         jr.Record({})
-    with pytest.raises(jr.InputError, match="time must rise"):
+    with pytest.raises(jr.InputError, match="instants must be a rising list"):
         jr.angle_of([0.1, 0.1, 0.2, 0.3, 0.4], 1)

@@ -233,9 +233,6 @@ WRONG = {
     "`m`: times must increase, but row 3 has 1 s after 2 s": jr.Table([0, 2, 1], [1, 2, 3]),
     "`m`: value.values must be finite, but is nan": jr.Table([0, 1, 2], [1, np.nan, 3]),
     "`m`: value.values must be a number, but is .*list": jr.Table([0, 1, 2], [1, [2, 3], 3]),
-    "`m`: count must be a whole number, 1 at least, but is 2.5": jr.PulseTrain(
-        2.0, 1.0, 1.0, count=2.5
-    ),
     "`m`: width must be less than the period, 2 s, but is 3 s": jr.PulseTrain(2.0, 3.0, 1.0),
     "amplitudes, frequencies and phases must be equally long, but have 2, 1 and 2": jr.Harmonic(
         0.0, [1, 2], [3]

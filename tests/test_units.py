@@ -32,6 +32,13 @@ READ = [
     (3, "", 3.0),
     (0.25, "", 0.25),
     ("20 %", "", 0.2),
+    # NIST SP 811 (2008), appendix B.8
+    ("1 mil", "m", 25.4e-6),
+    ("2 thou", "m", 50.8e-6),
+    ("1 lbm", "kg", 0.45359237),
+    ("60 cpm", "Hz", 1.0),
+    ("1 ft-lb", "N*m", 4.4482216152605 * 0.3048),
+    ("1 lbf-in", "N*m", 4.4482216152605 * 0.0254),
 ]
 
 REFUSED = [
@@ -60,6 +67,15 @@ REFUSED = [
     ({"value": 1}, "m", ["a table with value", 'write "1 m"']),
     ("3 m", "", ["without a unit", '"3 m"', "write 3"]),
     ("1 m; import os", "m", ["unknown unit"]),
+    ("1 mil", "rad", ["another quantity"]),
+    ("3 dB", "", ["a level", "1.413"]),  # 10^(3/20)
+    ("5 Khz", "Hz", ["did you mean", '"5 kHz"']),
+    # at once: a tower of powers would be worked out before it is refused
+    ("1 (kg**9)**9**9**9", "kg", ["unknown unit"]),
+    ("1 ((kg**9)**9)**9", "kg", ["unknown unit"]),
+    ("1 kg" + "*kg" * 5000, "kg", ["must be a number with its unit"]),
+    ("1 m" + " " * 100_000 + "x", "m", ["must be a number with its unit"]),
+    (10**4000, "", ["finite", "4001 digits"]),
     ("3 __class__", "m", ["unknown unit"]),
 ]
 

@@ -35,6 +35,8 @@ def read_document(path: Path, wanted: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"`{path}`: {_syntax(str(error), text)}") from None
+    except ValueError:  # Python reads no integer of more than 4300 digits
+        raise InputError(f"`{path}`: holds an integer of thousands of digits: shorten it") from None
     except RecursionError:
         raise InputError(f"`{path}`: is nested too deeply: flatten its tables") from None
 

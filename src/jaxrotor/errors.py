@@ -1,5 +1,7 @@
 """The exceptions that a user meets, each a sentence with the place, the value and the remedy."""
 
+from collections.abc import Iterable
+
 
 class InputError(ValueError):
     """Something the user gave is wrong; nothing has been run.
@@ -10,6 +12,12 @@ class InputError(ValueError):
     def __init__(self, *problems: str):
         self.problems = problems
         super().__init__("\n".join(problems))
+
+
+def refuse(problems: Iterable[str]) -> None:
+    """Raises `InputError` where there are any."""
+    if found := list(problems):
+        raise InputError(*found)
 
 
 class SimulationFailed(RuntimeError):

@@ -6,7 +6,6 @@ together. The same unit serves study files, tables and plots.
 """
 
 import dataclasses
-import difflib
 import typing
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -18,7 +17,9 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array
 
+from .arguments import real_array, short
 from .errors import InputError
+from .gate import takes
 
 X64_REMEDY = (
     "jaxrotor needs 64-bit floats, but JAX is set to 32 bits: call "
@@ -34,19 +35,24 @@ def require_x64() -> None:
 
 
 def as_float64(value: Any) -> Any:
-    """A float64 array; what is no number is left as it is, for `problems` to name."""
+    """A float64 array; what is no number (a truth value, a date, a complex one) is left as it is, for
+    `problems` to name."""
     require_x64()
     if value is None or isinstance(value, (str, bytes, dict, eqx.Module)):
         return value
     try:
         if any(isinstance(x, Tracer) for x in jax.tree.leaves(value)):
             return jnp.asarray(value, dtype=jnp.float64)
+        found = real_array(value)
+        if found is None:
+            return value
         with jax.ensure_compile_time_eval():  # inside jit a plain number stays a known number
-            return jnp.asarray(value, dtype=jnp.float64)
+            return jnp.asarray(value if isinstance(value, Array) else found, dtype=jnp.float64)
     except (TypeError, ValueError):
         return value
 
 
+@takes()
 def parameter(
     unit: str = "",
     *,
@@ -148,11 +154,15 @@ def problems(
     for field in dataclasses.fields(module):  # pyright: ignore[reportArgumentType]
         value = getattr(module, field.name)
         if "unit" not in field.metadata:
-            yield from _misfits(module, field, value, place, prefix + field.name)
+            for sentence in _misfits(module, field, value, place, prefix + field.name):
+                sound = False
+                yield sentence
         if field.name not in own:
             along = straight or field.metadata.get("straight", False)
             for name, part in nested(field, value):
-                yield from problems(part, place, f"{prefix}{name}.", along)
+                for sentence in problems(part, place, f"{prefix}{name}.", along):
+                    sound = False
+                    yield sentence
     if sound and hasattr(module, "faults") and all(is_concrete(x) for x in jax.tree.leaves(module)):
         with jax.ensure_compile_time_eval():
             for sentence in jax.tree.map(known, module).faults():
@@ -160,18 +170,8 @@ def problems(
 
 
 def _misfits(module, field, value, place: str, path: str) -> Iterator[str]:
-    """Where a part or an option belongs: is it one?"""
+    """Where a part belongs: is it one?"""
     allowed = typing.get_type_hints(type(module)).get(field.name)
-    if typing.get_origin(allowed) is typing.Literal:
-        options = typing.get_args(allowed)
-        if value not in options:
-            close = difflib.get_close_matches(str(value), options, n=1)
-            guess = f": did you mean {close[0]!r}?" if close else ""
-            yield (
-                f"`{place}`: {path} must be {' or '.join(map(repr, options))}, but is {value!r}"
-                f"{guess}"
-            )
-        return
     if typing.get_origin(allowed) is tuple and isinstance(value, tuple):
         inner = typing.get_args(allowed)[0]
         for i, one in enumerate(value):
@@ -187,7 +187,7 @@ def _misplaced(allowed, field, value, place: str, path: str) -> Iterator[str]:
         names = [k.__name__ for p in parts for k in (p, *p.__subclasses__())]
         names = field.metadata.get("made_by", [n for n in names if not n.startswith("Abstract")])
         yield (
-            f"`{place}`: {path} must be made by {', '.join(names)}, but is {value!r} "
+            f"`{place}`: {path} must be made by {', '.join(names)}, but is {short(value)} "
             f"({type(value).__name__})"
         )
 
@@ -204,7 +204,7 @@ def _faults(
     if not isinstance(value, (Array, np.ndarray)):
         yield (
             f"`{place}`: {path} must be a number{f' in{unit}' if unit else ''}, but is "
-            f"{value!r} ({type(value).__name__})"
+            f"{short(value)} ({type(value).__name__})"
         )
         return
     shape = value.shape

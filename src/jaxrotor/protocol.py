@@ -19,11 +19,13 @@ from typing import Any, ClassVar, NamedTuple
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from .part import Part
+
 Vec6 = Float[Array, "6"]
 Motion = tuple[Vec6, Vec6]
 
 
-class AbstractElement(eqx.Module):
+class AbstractElement(Part):
     """Any part of a machine."""
 
 

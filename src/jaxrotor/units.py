@@ -13,6 +13,17 @@ from typing import Any
 from .errors import InputError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.,])\s*(.*?)\s*")
+# Units as they are written, before their letters are looked at: "ft-lb" is a product, and a pound that
+# turns is a force. What follows a power is a small plain number; towers of powers would take for ever.
+_SPOKEN = {
+    "ft-lb": "ft*lbf", "ft-lbf": "ft*lbf", "lb-ft": "lbf*ft", "lbf-ft": "lbf*ft", "in-lb": "inch*lbf",
+    "in-lbf": "inch*lbf", "lb-in": "lbf*inch", "lbf-in": "lbf*inch", "oz-in": "ozf*inch", "N-m": "N*m",
+    "lb/in": "lbf/inch", "lbf/in": "lbf/inch",
+}  # fmt: skip
+_POWER = re.compile(r"(\*\*|\^)\s*(\(?\s*[+-]?\d{1,2}(\.\d{1,4})?(\s*/\s*\d{1,2})?\s*\)?)?")
+_LONGEST = 80
+# Levels, not numbers of anything: their values do not add.
+_LEVELS = ("dB", "dBm", "dBu", "Np", "neper", "decibel", "bel", "B")
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "μ": "µ"})
 
 # Candidates for "did you mean": what the units of machines are usually written in.
@@ -29,6 +40,10 @@ def _registry():
     registry = pint.UnitRegistry(on_redefinition="ignore")
     registry.define("radian = [angle] = rad")
     registry.define("revolution_short = turn = rev")
+    registry.define("thou = 2.54e-5 * meter")
+    registry.define("lbm = pound")
+    registry.define("cpm = 1 / minute")
+    registry.define("cps = 1 / second")
     return registry
 
 
@@ -39,6 +54,10 @@ def _base(unit: str) -> tuple[float, dict[str, float]]:
     text = unit.translate(_SIGNS).strip()
     if text in ("", "1"):
         return 1.0, {}
+    if not _sound(text):
+        raise ValueError(unit)
+    text = _SPOKEN.get(text, text)
+    text = re.sub(r"\bmils?\b", "thou", text)  # pint's own mil is an angle, a machinist's a length
     if text.startswith("/"):  # "0.002/s"
         text = "1" + text
     try:
@@ -47,6 +66,18 @@ def _base(unit: str) -> tuple[float, dict[str, float]]:
         raise ValueError(unit) from None
     dimensions: Any = base._units
     return float(size), {str(name): float(power) for name, power in dimensions.items()}
+
+
+def _sound(text: str) -> bool:
+    """Whether a unit is short, its powers are small numbers, and it is no level in decibels."""
+    if len(text) > _LONGEST or any(word in _LEVELS for word in re.findall(r"[A-Za-z]+", text)):
+        return False
+    for power in _POWER.finditer(text):
+        rest = text[power.end() :].lstrip()
+        if power[2] is None or rest.startswith(("**", "^")) or rest[:1].isdigit():
+            return False
+    # a power of what holds a power already
+    return not re.search(r"(\*\*|\^)[^()]*\)\s*(\*\*|\^)", text) and text.count("(") <= 4
 
 
 def known_unit(unit: str) -> bool:
@@ -84,7 +115,9 @@ def read(value: Any, unit: str) -> float:
                 f"must carry a unit, but is the bare number {value!r}: {_write(value, unit)}"
             )
         return float(value)
-    match = _NUMBER.fullmatch(value)
+    if len(value) > _LONGEST + 40:
+        raise ValueError(f"must be {_wanted(unit)} but is {shown(value)}: {_write(1.0, unit)}")
+    match = _NUMBER.fullmatch(value.strip())
     if match is None:
         if re.match(r"\s*[+-]?(nan|inf)", value, re.IGNORECASE):
             raise ValueError(f"must be finite, but is {shown(value)}: {_write(1.0, unit)}")
@@ -97,6 +130,11 @@ def read(value: Any, unit: str) -> float:
     _finite(number, shown(value), unit)
     if not written and unit:
         raise ValueError(f"must carry a unit, but is {shown(value)}: {_write(number, unit)}")
+    if any(word in _LEVELS for word in re.findall(r"[A-Za-z]+", written)):
+        raise ValueError(
+            f"must be {_wanted(unit)} but is {shown(value)}, a level: give the ratio itself, which of "
+            f"{number:g} dB is {10 ** min(number / 20, 300):.4g}"
+        )
     if not known_unit(written):
         close = _nearest(written, unit)
         guess = f'did you mean "{match[1]} {close}"?' if close else _write(1.0, unit)
@@ -117,6 +155,8 @@ def quantity(value: Any, unit: str) -> float:
 
 def shown(value: Any) -> str:
     """A value as it would stand in a study file, shortened."""
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"an integer of {int(value.bit_length() * 0.30103) + 1} digits"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -134,7 +174,7 @@ def example(unit: str, number: float = 1.0) -> str:
 
 
 def _finite(number: float, text: str, unit: str) -> None:
-    if not math.isfinite(number):
+    if isinstance(number, int) and number.bit_length() > 1023 or not math.isfinite(number):
         raise ValueError(f"must be finite, but is {text}: {_write(1.0, unit)}")
 
 

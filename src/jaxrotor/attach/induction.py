@@ -6,8 +6,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..drive.schedule import AbstractSchedule, as_schedule
 from ..parameter import as_float64, parameter
+from ..part import option
 from ..protocol import (
     AbstractAttachment,
     Energetic,
@@ -53,14 +55,11 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
     frequency: AbstractSchedule = eqx.field(  # pyright: ignore
         converter=as_schedule, metadata={"drives": "Hz"}
     )
-    pole_pairs: int = eqx.field(static=True, default=1)
+    pole_pairs: int = option(whole(1, 1000), default=1)
 
     signals: ClassVar[dict[str, str]] = {"current": "A", "torque": "N*m"}
 
     def faults(self):
-        p = self.pole_pairs
-        if isinstance(p, bool) or not isinstance(p, int) or p < 1:
-            yield f"pole_pairs must be a whole number, 1 at least, but is {p!r}"
         for name in ("stator_inductance", "rotor_inductance"):
             if not getattr(self, name) > self.magnetizing_inductance:
                 yield (

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..drive.monotone import interpolate, table_faults
@@ -40,6 +41,10 @@ class Force(AbstractAttachment, Timed):
 
     value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N"})
     direction: Float[Array, "3"] = parameter(shapes=((3,),), default=(0.0, -1.0, 0.0))
+
+    def faults(self):
+        if not np.any(self.direction):
+            yield "direction must point somewhere, but is zero: give (0, -1, 0) for downwards"
 
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         return (jnp.concatenate([self.direction * self.value.value(t), jnp.zeros(3)]),)

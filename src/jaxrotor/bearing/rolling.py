@@ -1,6 +1,7 @@
 """Rolling bearing: balls (or rollers) between two races, each a contact that only pushes."""
 
 import abc
+import math
 from typing import ClassVar
 
 import equinox as eqx
@@ -8,15 +9,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, whole
 from ..centres import pushed, relative
 from ..parameter import parameter
+from ..part import Part, as_tuple, option
 from ..protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
 
 # The contact of a ball with the race, of a roller with its track: Hertz's point and line contact.
 POINT, LINE = 1.5, 10.0 / 9.0
 
 
-class AbstractRaceDefect(eqx.Module):
+class AbstractRaceDefect(Part):
     """A local defect: where it stands, a ball finds that much more room. To write your own, give `room`."""
 
     @abc.abstractmethod
@@ -97,21 +100,25 @@ class RollingBearing(AbstractAttachment, Energetic, Signalling, NonSmooth):
     contact_angle: Float[Array, ""] = parameter("rad", default=0.0)
     damping: Float[Array, ""] = parameter("N*s/m", nonnegative=True, default=0.0)
     first_ball: Float[Array, ""] = parameter("rad", default=0.0)
-    defects: tuple[AbstractRaceDefect, ...] = eqx.field(converter=tuple, default=())
-    balls: int = eqx.field(static=True, default=8)
-    exponent: float = eqx.field(static=True, default=POINT)
+    defects: tuple[AbstractRaceDefect, ...] = eqx.field(converter=as_tuple, default=())
+    balls: int = option(whole(3, 1000), default=8)
+    # 1.5 for balls, 10/9 for rollers
+    exponent: float = option(number(above=1.0), default=POINT)
 
     signals: ClassVar[dict[str, str]] = {"rolling_force": "N", "ball_loads": "N"}
 
     def faults(self):
-        if not isinstance(self.balls, int) or self.balls < 3:
-            yield f"balls must be a whole number, 3 at least, but is {self.balls!r}"
-        if not self.exponent > 1:
-            yield f"exponent must be above 1 (1.5 for balls, 10/9 for rollers), but is {self.exponent}"
         if float(self.ball_diameter) >= float(self.pitch_diameter):
             yield (
                 f"ball_diameter must be smaller than pitch_diameter, but is "
                 f"{float(self.ball_diameter):g} against {float(self.pitch_diameter):g} m"
+            )
+        room = float(self.pitch_diameter) * math.sin(math.pi / self.balls)  # between two centres
+        if float(self.ball_diameter) > room:
+            yield (
+                f"balls must find room on the pitch circle, but {self.balls} balls of "
+                f"{float(self.ball_diameter):g} m on one of {float(self.pitch_diameter):g} m overlap: "
+                f"there each may have {room:.4g} m"
             )
 
     def _slenderness(self) -> Array:

@@ -2,12 +2,13 @@
 
 from math import factorial
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..parameter import parameter
+from ..part import Part, option
 
 States = Float[Array, " k"]
 
@@ -21,7 +22,7 @@ def soft_clip(x: Array, width: float | Array) -> Array:
     return 0.5 * width * (corner((x + 1) / width) - corner((x - 1) / width))
 
 
-class Actuator(eqx.Module):
+class Actuator(Part):
     """A torque actuator: delay, then limit, then lag with a limited rate. What is left out is ideal.
 
     **Arguments:**
@@ -46,13 +47,11 @@ class Actuator(eqx.Module):
     )
     delay: Float[Array, ""] | None = parameter("s", positive=True, optional=True, default=None)
     softness: Float[Array, ""] = parameter(positive=True, default=0.1, label="part of the limits")
-    pade: int = eqx.field(static=True, default=3)
+    pade: int = option(whole(2, 8), default=3)
 
     def faults(self):
         if self.rate_limit is not None and self.bandwidth is None:
             yield "bandwidth is missing: a rate_limit needs one: give the lag of the actuator in 1/s"
-        if isinstance(self.pade, bool) or self.pade not in range(2, 9):
-            yield f"pade must be a whole number from 2 to 8, but is {self.pade!r}"
 
     def initial(self) -> States:
         return jnp.zeros(self._delayed() + (self.bandwidth is not None))

@@ -2,17 +2,17 @@
 
 import abc
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from ..part import Part
 
 Values = Float[Array, " k"]
 States = Float[Array, " m"]
 
 
-class AbstractController(eqx.Module):
+class AbstractController(Part):
     """A controller, which may have states. The torque (N·m) acts on the loop's first station: positive
     drives it in the sense of phi."""
 

@@ -6,11 +6,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..drive.schedule import AbstractSchedule, as_schedule
+from ..part import Part, option
 from ..protocol import Motion
 
 
-class AbstractMeasured(eqx.Module):
+class AbstractMeasured(Part):
     """Measured values. One of your own needs `count`, `stations_needed` and `values`."""
 
     @abc.abstractmethod
@@ -73,7 +75,7 @@ class RelativeStates(AbstractMeasured):
     that last one's (rad), then the speeds phi' relative to it (rad/s). A line in service turns: what is fed
     back is how it twists about its last station."""
 
-    stations: int = eqx.field(static=True, default=2)
+    stations: int = option(whole(2, 100), default=2)
 
     def count(self) -> int:
         return 2 * (self.stations - 1)

@@ -7,7 +7,9 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from ..arguments import whole
 from ..parameter import parameter
+from ..part import option
 from .controller import AbstractController, States, Values
 
 
@@ -24,8 +26,8 @@ class NeuralController(AbstractController):
         positive=True, shapes=((None,),), label="size of each measured value"
     )
     torque_scale: Float[Array, ""] = parameter("N*m", positive=True)
-    width: int = eqx.field(static=True, default=8)
-    depth: int = eqx.field(static=True, default=1)
+    width: int = option(whole(1, 10_000), default=8)
+    depth: int = option(whole(0, 100), default=1)
 
     @classmethod
     def start(

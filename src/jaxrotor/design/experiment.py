@@ -10,8 +10,10 @@ import equinox as eqx
 import jax
 from jaxtyping import Array
 
+from ..arguments import number, positive
 from ..errors import InputError
 from ..machine.machine import Machine
+from ..part import Part, option
 from ..solve.adaptive import solver_for
 from ..solve.checks import is_driven
 from ..solve.exponential import AbstractExponential
@@ -24,7 +26,7 @@ from .variations import Variations
 Over = Literal["worst", "mean"]
 
 
-class AbstractExperiment(eqx.Module):
+class AbstractExperiment(Part):
     """Something that a machine is put through. `measure` judges what comes out."""
 
     variations: eqx.AbstractVar[Variations | None]
@@ -80,14 +82,14 @@ class Transient(AbstractExperiment):
 
     **Arguments:**
 
-    - `t_end`, `sample_rate`, `initial`, `speed`, `solver`: as for `simulate`.
+    - `t_end`, `sample_rate`, `initial`, `speed`, `solver`, `rtol`, `atol`: as for `simulate`.
     - `step`: a `Plan`, or s; by default planned once, for the machine that the design starts from.
     - `conditions`: path -> value of what is different in this run.
     - `variations`: a batch of machines about the design, all of them run.
     """
 
-    t_end: float = eqx.field(static=True)
-    sample_rate: float = eqx.field(static=True)
+    t_end: float = option(positive("s"))
+    sample_rate: float = option(positive("Hz"))
     initial: Any = "static"
     speed: Any = None
     conditions: Mapping[str, Any] = eqx.field(default_factory=dict)
@@ -95,6 +97,8 @@ class Transient(AbstractExperiment):
     solver: Any = None
     variations: Variations | None = None
     adjoint: Any = None
+    rtol: float = option(number(above=0.0, below=1.0), default=1e-7)
+    atol: float = option(positive(), default=1e-10)
 
     def machine(self, machine: Machine) -> Machine:
         return machine.set(self.conditions) if self.conditions else machine
@@ -108,6 +112,8 @@ class Transient(AbstractExperiment):
             self.speed,
             self.solver,
             self.step,
+            self.rtol,
+            self.atol,
             adjoint=self.adjoint,
             progress=False,
         )

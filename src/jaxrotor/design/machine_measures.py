@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import choice, number, text, whole
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..linear.cluster import decay_rate, pole_cluster
@@ -19,6 +20,7 @@ from ..linear.torsion import torsional
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..parameter import parameter, problems
+from ..part import Part, option
 from .criterion import Criterion, Judging
 from .mass import total_mass
 
@@ -27,7 +29,7 @@ _SPEED: dict[str, Any] = {"quantity": "rad/s"}
 _FREQUENCY = {**_SPEED, "also": {"Hz": 2 * math.pi}}
 
 
-class AbstractMachineMeasure(eqx.Module, Judging):
+class AbstractMachineMeasure(Part, Judging):
     """Judges a machine that need not run; minimised or bounded as it is: `TotalMass() <= 12.0`. One of your
     own needs `unit` and `__call__`, which may return several numbers: the largest counts."""
 
@@ -62,15 +64,18 @@ class ResponsePeaks(AbstractMachineMeasure):
     """The `count` highest peaks of |output per input| between `start` and `stop`, rad/s: see
     `response_peaks`. Minimised, their largest is: the H-infinity norm, where the range holds it."""
 
-    input: str = eqx.field(static=True)
-    output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True, metadata=_FREQUENCY)
-    stop: float = eqx.field(static=True, metadata=_FREQUENCY)
-    count: int = eqx.field(static=True, default=2)
+    input: str = option(text)
+    output: str = option(text)
+    start: float = option(number("rad/s", least=0.0), metadata=_FREQUENCY)
+    stop: float = option(number("rad/s", least=0.0), metadata=_FREQUENCY)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = ""
+
+    def faults(self):
+        yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, " count"]:
         peaks = response_peaks(
@@ -83,10 +88,10 @@ class ResponsePeaks(AbstractMachineMeasure):
 class H2Norm(AbstractMachineMeasure):
     """RMS of `output` under white noise at `input`: see `h2_norm`."""
 
-    input: str = eqx.field(static=True)
-    output: str = eqx.field(static=True)
+    input: str = option(text)
+    output: str = option(text)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = ""
 
@@ -106,7 +111,7 @@ class DecayRate(AbstractMachineMeasure):
     coalesce, as at the greatest stability, it has no slope: `PoleMean` and `PoleSpread` do."""
 
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s"
 
@@ -119,9 +124,9 @@ class PoleMean(AbstractMachineMeasure):
     they coalesce. See `pole_cluster`."""
 
     near: Float[Array, "2"] = parameter("1/s", shapes=((2,),))
-    count: int = eqx.field(static=True, default=2)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s"
 
@@ -134,9 +139,9 @@ class PoleSpread(AbstractMachineMeasure):
     where they coalesce, `PoleSpread(...).equal_to(0.0)`."""
 
     near: Float[Array, "2"] = parameter("1/s", shapes=((2,),))
-    count: int = eqx.field(static=True, default=2)
+    count: int = option(whole(1, 1000), default=2)
     speed: Float[Array, ""] = parameter("rad/s", default=0.0)
-    at: str = eqx.field(static=True, default="equilibrium")
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = "1/s^2"
 
@@ -155,14 +160,22 @@ class UnbalancePeak(AbstractMachineMeasure):
     """The highest response of `output` to the machine's unbalance between the speeds `start` and `stop`,
     rad/s: see `unbalance_peak`."""
 
-    output: str = eqx.field(static=True)
-    start: float = eqx.field(static=True, metadata=_SPEED)
-    stop: float = eqx.field(static=True, metadata=_SPEED)
-    at: str = eqx.field(static=True, default="equilibrium")
+    output: str = option(text)
+    start: float = option(number("rad/s"), metadata=_SPEED)
+    stop: float = option(number("rad/s"), metadata=_SPEED)
+    at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     unit: ClassVar[str] = ""
+
+    def faults(self):
+        yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, ""]:
         return unbalance_peak(machine, self.output, self.start, self.stop, at=self.at).amplitude
+
+
+def _range_faults(measure: Any):
+    if not measure.start < measure.stop:
+        yield f"start and stop must rise, but are {measure.start:g} and {measure.stop:g} rad/s"
 
 
 def unit_on(measure: Any, machine: Machine) -> str:

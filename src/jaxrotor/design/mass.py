@@ -5,11 +5,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..gate import takes
 from ..machine.lineup import Block, line_up
 from ..machine.machine import Machine
 from ..protocol import AbstractInertia, Carried, Massive
 
 
+@takes()
 def total_mass(machine: Machine) -> Float[Array, ""]:
     """Mass of all that moves with the line, kg: rotors, bodies, bearings with housing and lumped shaft, added
     masses, shafts with mass of their own.
@@ -21,6 +23,7 @@ def total_mass(machine: Machine) -> Float[Array, ""]:
     return _inertia(machine, 0)
 
 
+@takes()
 def polar_inertia(machine: Machine) -> Float[Array, ""]:
     """Inertia about the axis, kg·m², unbalance included: twice the kinetic energy of a unit speed of all
     stations in phi.

@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 from ..errors import InputError
 from ..measure.sensor import AbstractSensor
 from ..parameter import known, parameter, problems
+from ..part import Part
 from ..solve.response import Response
 
 
@@ -35,7 +36,7 @@ def alike(a: AbstractSensor, b: AbstractSensor) -> bool:
     return same and all(x is y for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b)))
 
 
-class AbstractMeasure(eqx.Module):
+class AbstractMeasure(Part):
     """One number that judges a run. One of your own needs `unit` and `__call__`.
 
     A pure function of the response: it may stand inside `jit`, `vmap` and `grad` (both modes). Numbers out

@@ -9,7 +9,9 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
+from ..arguments import listed, number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..inverse.bench import Bench
 from ..inverse.identify import place_of
 from ..inverse.space import Space
@@ -28,6 +30,13 @@ _FEW = 6
 _PENALTY = 10.0
 
 
+@takes(
+    constraints=listed,
+    starts=listed,
+    iterations=whole(1),
+    tolerance=number(above=0.0, below=1.0),
+    optimiser=None,
+)
 def optimize(
     machine: Machine,
     parameters: Any,

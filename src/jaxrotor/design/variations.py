@@ -3,22 +3,24 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import listed, mapping, number, real_array, short, whole
 from ..errors import InputError
+from ..gate import takes
 from ..inverse.bench import Bench
 from ..inverse.unknown import split_entry
 from ..machine.machine import Machine
 from ..parameter import as_float64
+from ..part import Part
 
 # What scatters unless it is named: not the gravity, and not where forces or axes point.
 _LEFT = ("gravity",)
 
 
-class Variations(eqx.Module):
+class Variations(Part):
     """`factors`: path -> (b,) factors on the parameter (all its entries alike; one entry as
     `"bearing.stiffness[0]"`), the b machines that a design is judged by. A factor acts on top of what the
     design chooses."""
@@ -26,6 +28,7 @@ class Variations(eqx.Module):
     factors: dict[str, Float[Array, " b"]]
 
     def __init__(self, factors: Mapping[str, Any]):
+        mapping(factors, "factors")
         self.factors = {path: as_float64(value) for path, value in factors.items()}
         sizes = {path: np.shape(value) for path, value in self.factors.items()}
         if not sizes:
@@ -36,8 +39,10 @@ class Variations(eqx.Module):
                     f"factors: `{path}` must have one factor for each machine, but has the shape {size}, "
                     f"and `{next(iter(sizes))}` {next(iter(sizes.values()))}"
                 )
-            if not np.all(np.isfinite(np.asarray(self.factors[path]))):
-                raise InputError(f"factors: `{path}` must be finite, but holds nan or inf")
+            if real_array(value := self.factors[path]) is None or not np.all(np.isfinite(value)):
+                raise InputError(
+                    f"factors: `{path}` must be finite numbers, but are {short(value)}"
+                )
 
     @property
     def count(self) -> int:
@@ -57,6 +62,7 @@ class Variations(eqx.Module):
         self.member(machine, {path: jnp.ones(()) for path in self.factors})
 
     @classmethod
+    @takes(paths=listed, spread=number(above=0.0, below=1.0), count=whole(2))
     def uniform(
         cls,
         machine: Machine,
@@ -70,12 +76,6 @@ class Variations(eqx.Module):
         gravity. The first machine is the nominal one."""
         from scipy.stats import qmc
 
-        if not 0 < spread < 1:
-            raise InputError(
-                f"spread must lie between 0 and 1, but is {spread!r}: give 0.2 for 20 %"
-            )
-        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-            raise InputError(f"count must be a whole number, 2 at least, but is {count!r}")
         if paths is None:
             paths = [
                 path

@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from ..arguments import number, whole
 from ..design.peak import PeakValue
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..measure.sensor import AbstractSensor
@@ -16,7 +18,6 @@ from ..sweep.cases import Cases, as_cases
 from ..sweep.checks import check_cases
 from ..sweep.planning import _speeds_of
 from ..sweep.sweep import sweep
-from . import checks
 from .once import OnceATurn
 from .poincare import period_of
 from .turning import TURN
@@ -51,6 +52,7 @@ class Bifurcation(NamedTuple):
         return np.array([period_of(row[None], tolerance, longest) for row in scaled])
 
 
+@takes(parameters=None, drop=whole(0), keep=whole(2), phase=number("rad"), samples=whole(8))
 def bifurcation(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
@@ -86,9 +88,6 @@ def bifurcation(
     hold a constant speed.
     """
     cases = as_cases(parameters)
-    drop, keep = checks.whole(drop, "drop", 0), checks.whole(keep, "keep", 2)
-    samples = checks.whole(samples, "samples", 8)
-    checks.finite(phase, "phase", "rad")
     if not isinstance(machine, Machine):
         raise InputError(f"`machine`: must be a Machine, but is {machine!r}")
     machine.check()

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import checks
+from ..arguments import positive, whole
+from ..gate import takes
 from .orders import blocks_of
 from .turning import with_pair
 
@@ -18,6 +19,7 @@ class Centreline(NamedTuple):
     time: np.ndarray
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1))
 def shaft_centreline(x, y, angle, sample_rate: float, turns: int = 1) -> Centreline:
     """Mean position of the shaft over blocks of whole turns, with the speed of each: how it rises in its
     bearing while it runs up.
@@ -27,7 +29,6 @@ def shaft_centreline(x, y, angle, sample_rate: float, turns: int = 1) -> Centrel
     Bently, Hatch, Fundamentals of Rotating Machinery Diagnostics (2002), ch. 6.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
-    turns = checks.whole(turns, "turns")
     found = blocks_of(turning, xy, turns, turns)
     x, y = found.values.mean(axis=1).T
     return Centreline(x, y, found.speed, found.time)

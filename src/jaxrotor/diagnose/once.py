@@ -7,10 +7,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..design.measure import AbstractSignalMeasure, see, window_faults, within
 from ..measure.filters import between
 from ..measure.sensor import Encoder
 from ..parameter import parameter
+from ..part import option
 from .turning import TURN
 
 # Corrections of a mark's place between samples; at a steady speed the first is exact.
@@ -29,13 +31,11 @@ class OnceATurn(AbstractSignalMeasure):
     """
 
     shaft: str = eqx.field(static=True)  # pyright: ignore[reportGeneralTypeIssues]
-    keep: int = eqx.field(static=True)  # pyright: ignore[reportGeneralTypeIssues]
+    keep: int = option(whole(1))  # pyright: ignore[reportGeneralTypeIssues]
     phase: Float[Array, ""] = parameter("rad", default=0.0)
 
     def faults(self):
         yield from window_faults(self)
-        if self.keep < 1:
-            yield f"keep must be 1 or more, but is {self.keep!r}"
 
     @property
     def unit(self) -> str:

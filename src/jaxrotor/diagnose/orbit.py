@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import positive, whole
 from ..errors import InputError
-from . import checks
+from ..gate import takes
 from .orders import OrderTrack, track
 from .turning import TURN, with_pair
 
@@ -72,6 +73,7 @@ class Orbit(NamedTuple):
     orders: np.ndarray
     amplitude: np.ndarray
 
+    @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:
         """Of one of the `orders`."""
         at = np.flatnonzero(np.abs(self.orders - order) < 1e-9)
@@ -84,6 +86,7 @@ class Orbit(NamedTuple):
         return ellipse(x, y)
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1))
 def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     """The last whole `turns` of an orbit with all that is in it, as a dense curve.
 
@@ -92,7 +95,6 @@ def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     `InputError`.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
-    turns = checks.whole(turns, "turns")
     marks = turning.marks()
     if marks.size <= turns:
         raise InputError(
@@ -111,6 +113,7 @@ def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     return Orbit(along, x, y, keyphasor, centre, speed, none, np.zeros((0, 2)))
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1))
 def filtered_orbit(
     x,
     y,
@@ -127,10 +130,10 @@ def filtered_orbit(
     semi-axes, inclination and precession. The curve closes where its orders repeat within 12 turns.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
-    whole = turning.marks().size - 1
-    turns = max(whole, 1) if turns is None else checks.whole(turns, "turns")
+    there = turning.marks().size - 1
+    turns = max(there, 1) if turns is None else turns
     # blocks counted from the end
-    first = max(whole - turns, 0)
+    first = max(there - turns, 0)
     found: OrderTrack = track(turning, xy, orders, turns, max(first, 1), window)
     wanted, amplitude = found.orders, found.amplitude[-1]
     length = _repeats(wanted)

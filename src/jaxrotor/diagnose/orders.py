@@ -4,7 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import positive, whole
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 from .turning import TURN, Turning
 
@@ -42,6 +44,7 @@ class OrderTrack(NamedTuple):
         return np.angle(self.amplitude)
 
 
+@takes(sample_rate=positive("Hz"), turns=whole(1), every=whole(1))
 def order_tracking(
     signal,
     angle,
@@ -82,8 +85,7 @@ def track(
 ) -> OrderTrack:
     """Of several signals (nt, m): amplitude (b, k, m), mean (b, m)."""
     wanted = checks.orders(orders)
-    turns = checks.whole(turns, "turns")
-    every = turns if every is None else checks.whole(every, "every")
+    every = turns if every is None else every
     _check_apart(wanted, turns)
     _check_sampling(turning, float(wanted.max()))
     blocks = blocks_of(turning, values, turns, every, float(wanted.max()))

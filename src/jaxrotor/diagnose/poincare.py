@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arguments import number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 from .turning import Turning
 
@@ -26,15 +28,16 @@ class PoincareSection(NamedTuple):
         return period_of(points / size, tolerance, longest)
 
 
+@takes(tolerance=positive(), longest=whole(1))
 def period_of(points: np.ndarray, tolerance: float, longest: int) -> int:
     """Of scaled points (m, k): least p for which all points agree with those p turns later."""
-    tolerance = checks.positive(tolerance, "tolerance", "of the size")
-    for p in range(1, min(checks.whole(longest, "longest"), points.shape[1] // 2) + 1):
+    for p in range(1, min(longest, points.shape[1] // 2) + 1):
         if np.abs(points[:, p:] - points[:, :-p]).max() <= tolerance:
             return p
     return 0
 
 
+@takes(sample_rate=positive("Hz"), phase=number("rad"), every=whole(1))
 def poincare(
     x, v, angle, sample_rate: float, phase: float = 0.0, every: int = 1
 ) -> PoincareSection:
@@ -50,7 +53,7 @@ def poincare(
     """
     turning = Turning(angle, sample_rate)
     both = [checks.signal(s, name, like=turning.angle) for s, name in ((x, "x"), (v, "v"))]
-    marks = turning.marks(checks.finite(phase, "phase", "rad"))[:: checks.whole(every, "every")]
+    marks = turning.marks(phase)[::every]
     if marks.size < 2:
         raise InputError(
             f"`every`: must leave two points at least, but {every} leaves {marks.size}: run longer"

@@ -4,7 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import positive
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 
 
@@ -32,6 +34,7 @@ class FullSpectrum(NamedTuple):
         return float(self.frequency[k]), float(self.amplitude[k])
 
 
+@takes(sample_rate=positive("Hz"))
 def full_spectrum(x, y, sample_rate: float, window: Any = "hann") -> FullSpectrum:
     """Amplitudes of the circles that an orbit is made of: of x + i y = sum of r e^(2 pi i f t).
 
@@ -59,7 +62,7 @@ def amplitudes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (k,), Hz, and amplitudes (..., k) of `frames` (..., n): of complex ones from negative to
     positive, each the radius of a circle; of real ones from 0 on, each the amplitude of a cosine."""
-    rate = checks.positive(sample_rate, "sample_rate", "Hz")
+    rate = sample_rate
     size = frames.shape[-1]
     weights = checks.window(window, size)
     weights = weights / weights.sum()

@@ -4,7 +4,9 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import elementwise
 
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 
 TURN = 2 * np.pi
@@ -25,7 +27,7 @@ class Turning:
 
     def __init__(self, angle, sample_rate):
         self.angle = checks.signal(angle, "angle")
-        self.sample_rate = checks.positive(sample_rate, "sample_rate", "Hz")
+        self.sample_rate = sample_rate
         ahead, behind = self.angle.max() - self.angle[0], self.angle[0] - self.angle.min()
         self.sense = 1.0 if ahead >= behind else -1.0
         turned = self.sense * self.angle
@@ -90,6 +92,7 @@ def with_pair(x, y, angle, sample_rate) -> tuple[Turning, np.ndarray]:
     return turning, np.stack(both, axis=1)
 
 
+@takes(sample_rate=positive("Hz"), phase=number("rad"))
 def turn_instants(angle, sample_rate: float, phase: float = 0.0) -> np.ndarray:
     """Instants (s from the first sample) at which a shaft passes the angle 2 pi k + `phase` (rad), once a
     turn, as a keyphasor sees it.
@@ -98,4 +101,4 @@ def turn_instants(angle, sample_rate: float, phase: float = 0.0) -> np.ndarray:
     samples it is a quintic spline. `pulse_times` does the same for the forward marks of an encoder in a run.
     """
     turning = Turning(angle, sample_rate)
-    return turning.instants(turning.marks(checks.finite(phase, "phase", "rad")))
+    return turning.instants(turning.marks(phase))

@@ -4,7 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from . import checks
 from .spectra import amplitudes
 
@@ -40,6 +42,7 @@ class Waterfall(NamedTuple):
         )
 
 
+@takes(sample_rate=positive("Hz"), segment=whole(8), overlap=number(least=0.0, below=1.0))
 def waterfall(
     x,
     speed,
@@ -69,22 +72,17 @@ def waterfall(
     x = checks.signal(x, "x")
     values = x if y is None else x + 1j * checks.signal(y, "y", like=x)
     turning = checks.signal(speed, "speed", like=x)
-    rate = checks.positive(sample_rate, "sample_rate", "Hz")
-    size = _suited(turning, rate) if segment is None else checks.whole(segment, "segment", 8)
+    size = _suited(turning, sample_rate) if segment is None else segment
     if size > x.size:
         raise InputError(
             f"`segment`: must not exceed the record of {x.size} samples, but is {size}: shorten it"
         )
-    if not (isinstance(overlap, (int, float)) and 0 <= overlap < 1):
-        raise InputError(
-            f"`overlap`: must be from 0 to less than 1 of a window, but is {overlap!r}"
-        )
     hop = max(1, round((1 - overlap) * size))
     starts = np.arange(0, x.size - size + 1, hop)
     frames = np.lib.stride_tricks.sliding_window_view(values, size)[starts]
-    frequency, found = amplitudes(frames, rate, window)
+    frequency, found = amplitudes(frames, sample_rate, window)
     mean = np.lib.stride_tricks.sliding_window_view(turning, size)[starts].mean(axis=1)
-    return Waterfall(frequency, mean, (starts + 0.5 * (size - 1)) / rate, found)
+    return Waterfall(frequency, mean, (starts + 0.5 * (size - 1)) / sample_rate, found)
 
 
 def _suited(speed: np.ndarray, rate: float) -> int:

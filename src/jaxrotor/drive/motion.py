@@ -6,18 +6,18 @@ differentiation, so the three can never disagree.
 
 import abc
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from ..part import Part
 from .monotone import ends, row_before, row_frequency, slopes, table_faults
 
 Scalar = Float[Array, ""]
 
 
-class AbstractMotion(eqx.Module):
+class AbstractMotion(Part):
     """A coordinate as a function of time. To write your own, give `position` and `jumps`."""
 
     @abc.abstractmethod

@@ -5,7 +5,9 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known, parameter
 from .flaw import AbstractFlaw, towards
 
@@ -43,6 +45,7 @@ class Asymmetry(AbstractFlaw):
         return total
 
 
+@takes(diameter=positive("m"), width=positive("m"), depth=positive("m"), angle=number("rad"))
 def keyway(diameter: Any, width: Any, depth: Any, angle: Any = 0.0) -> tuple[Array, Asymmetry]:
     """What a keyway leaves of a round solid shaft: the diameter (m) of the round section with the same mean
     second moment of area, and the `Asymmetry` to give to a `Shaft` of that diameter.

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..inertia.rotor import Imperfection
 from ..parameter import parameter
+from ..part import Part
 from ..protocol import (
     AbstractElastic,
     Energetic,
@@ -23,7 +24,7 @@ from ..protocol import (
 from .law import AbstractLaw, each_law, end_to_end, laws_of
 
 
-class Misalignment(eqx.Module):
+class Misalignment(Part):
     """How the right shaft's bearings stand to the left shaft's; fixed in space, it does not turn.
 
     The right shaft's line lies `offset` (m) to the side of the left one's, in the direction `angle`

@@ -8,9 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..inertia.node import Node
 from ..kinematics import from_turning, spin_speed
 from ..parameter import parameter
+from ..part import option
 from ..protocol import (
     LEFT,
     RIGHT,
@@ -26,7 +28,7 @@ from ..protocol import (
     Vec6,
 )
 from .material import STEEL, ShaftMaterial, as_parameters
-from .segment import Segment
+from .segment import MOST_ELEMENTS, Segment
 from .twist import TURN, circulatory_forces, twist_torque
 
 
@@ -128,7 +130,7 @@ class FiniteElementShaft(Composite, Carrying):
     rayleigh: Float[Array, "2"] = parameter(
         nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
     )
-    elements: int = eqx.field(static=True, default=8)
+    elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")

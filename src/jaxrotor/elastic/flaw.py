@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..part import Part, as_tuple
 from ..protocol import Vec6
 
 # Bending of a section, seen from the frame that turns with it: how much the slope grows from end to
@@ -42,7 +43,7 @@ def towards(position: Array, angle: Array) -> Bend:
     return jnp.stack([c, s, r * c, r * s])
 
 
-class AbstractFlaw(eqx.Module):
+class AbstractFlaw(Part):
     """Turns with a shaft section. To write your own, give what it adds to the section's unloaded shape,
     to its flexibility, or both: so several in one section add up exactly, in any order.
 
@@ -70,7 +71,7 @@ class AbstractFlaw(eqx.Module):
 class Flaws(AbstractFlaw):
     """Several flaws of one section: a tuple of flaws given to a shaft becomes this."""
 
-    parts: tuple[AbstractFlaw, ...] = eqx.field(converter=tuple)
+    parts: tuple[AbstractFlaw, ...] = eqx.field(converter=as_tuple)
 
     def faults(self):
         if not self.parts:

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics import COORDINATES
 from ..parameter import parameter
+from ..part import Part, as_tuple
 from ..protocol import NonSmooth
 from ..touch import area, pressed, pressed_lost
 
@@ -21,7 +22,7 @@ Scalar = Float[Array, ""]
 States = Float[Array, " k"]
 
 
-class AbstractLaw(eqx.Module):
+class AbstractLaw(Part):
     """A force between two hubs in one direction. To write your own, give `force`, `energy` and
     `power_lost`; with states of its own `initial` and `rates` too.
 
@@ -175,7 +176,7 @@ class Parallel(AbstractLaw):
     frequency, as rubber does.
     """
 
-    parts: tuple[AbstractLaw, ...] = eqx.field(converter=tuple)
+    parts: tuple[AbstractLaw, ...] = eqx.field(converter=as_tuple)
 
     def faults(self):
         if not self.parts:

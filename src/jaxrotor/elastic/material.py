@@ -6,9 +6,10 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..parameter import parameter
+from ..part import Part
 
 
-class Material(eqx.Module):
+class Material(Part):
     """An isotropic elastic material; SI. Plain floats may be given: elements convert them."""
 
     youngs_modulus: Float[Array, ""] | float

@@ -6,12 +6,15 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..attach.inertia import AddedInertia
 from ..inertia.body import RigidBody
 from ..parameter import parameter
+from ..part import option
 from ..protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from .finite import cut, section_faults, sections
 from .material import STEEL, ShaftMaterial, as_parameters
+from .segment import MOST_ELEMENTS
 from .shaft import Shaft
 
 
@@ -49,7 +52,7 @@ class RigidElementShaft(Composite, Carrying):
     rayleigh: Float[Array, "2"] = parameter(
         nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
     )
-    elements: int = eqx.field(static=True, default=8)
+    elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")

@@ -19,6 +19,9 @@ from .beam import shear_coefficient
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 POINTS, WEIGHTS = (_POINTS + 1) / 2, _WEIGHTS / 2
 
+# Of a section: matrices are full, and each element brings twelve states.
+MOST_ELEMENTS = 1000
+
 
 class Segment(eqx.Module):
     """Diameters (m) run straight from `diameters[0]` at the left end to `diameters[1]`."""

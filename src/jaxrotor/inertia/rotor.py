@@ -8,12 +8,13 @@ from jaxtyping import Array, Float
 
 from ..kinematics import Vector, dot, from_tilted, rotation
 from ..parameter import parameter
+from ..part import Part
 from ..protocol import AbstractInertia, Ended, Nominal, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
 from .unbalance import Unbalance
 
 
-class Imperfection(eqx.Module):
+class Imperfection(Part):
     """A rotor sitting off the shaft's axis, free of stress: eccentric by `offset` (m) at `angle`,
     and tilted by `inclination` (rad) about the in-plane axis at `inclination_angle`.
 

@@ -3,15 +3,16 @@
 from collections.abc import Iterable
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import numbers, positive, short
 from ..errors import InputError
 from ..parameter import known, parameter
+from ..part import Part
 
 
-class Unbalance(eqx.Module):
+class Unbalance(Part):
     """Static and dynamic unbalance of a rotor, in the disc's own frame.
 
     Static: the mass centre lies `eccentricity` from the geometric centre, at `angle` from the disc's
@@ -44,7 +45,9 @@ class Unbalance(eqx.Module):
         Raises `InputError` where the moment is more than any inclination of such a body has, as for a body
         with Jp = Jt. Source: ISO 21940-1 (resultant and moment unbalance); Rayleigh's principal axes.
         """
-        amounts, angles, places = (jnp.asarray(x, float) for x in zip(*planes, strict=True))
+        rows = _rows(planes, 3, "planes")
+        mass = positive("kg")(mass, "mass")
+        amounts, angles, places = (jnp.asarray(x, float) for x in zip(*rows))
         turned = jnp.stack([jnp.cos(angles), jnp.sin(angles)])
         total = jnp.sum(amounts * turned, axis=1)
         moment = jnp.sum(amounts * places * turned, axis=1)
@@ -74,7 +77,7 @@ class Unbalance(eqx.Module):
         """The same unbalance in two planes at `places` (z in m from the geometric centre): complex, kg·m,
         amount times e^(i angle). What is to be added there to balance the rotor is its negative. The inverse
         of `from_planes`. Differentiable. Raises `InputError` for planes at one place."""
-        z = jnp.asarray(places, float)
+        z = jnp.asarray(numbers("m", size=2)(places, "places"), float)
         where = known(z)
         if where is not None and where[0] == where[1]:
             raise InputError(
@@ -97,7 +100,7 @@ class Unbalance(eqx.Module):
         """From small masses stuck on the rotor: (kg, radius in m, angle in rad, z in m) of each. Else as
         `from_planes`; what they add to the rotor's own mass and inertia is left out."""
         return cls.from_planes(
-            [(m * r, angle, z) for m, r, angle, z in masses],
+            [(m * r, angle, z) for m, r, angle, z in _rows(masses, 4, "masses")],
             mass,
             polar_inertia,
             transverse_inertia,
@@ -107,11 +110,17 @@ class Unbalance(eqx.Module):
     def from_grade(cls, grade: Any, speed: Any, angle: Any = 0.0) -> "Unbalance":
         """The static unbalance that a balance quality grade permits: `grade` in mm/s (2.5 for G 2.5) at the
         highest speed of service, rad/s. Source: ISO 21940-11, `e_per * speed = G`."""
-        for name, value in (("grade", grade), ("speed", speed)):
-            number = known(jnp.asarray(value, float))
-            if number is not None and not float(number) > 0:
-                raise InputError(f"{name} must be positive, but is {float(number):g}")
+        grade = positive("mm/s")(grade, "grade")
+        speed = positive("rad/s")(speed, "speed")
         return cls(1e-3 * jnp.asarray(grade, float) / speed, jnp.asarray(angle, float))
+
+
+def _rows(given: Any, size: int, name: str) -> list:
+    """Several rows of so many numbers."""
+    rows = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else []
+    if not rows:
+        raise InputError(f"{name} must be a list of {size} numbers each, but is {short(given)}")
+    return [numbers(size=size)(row, f"{name}, entry {i + 1}") for i, row in enumerate(rows)]
 
 
 def _length(v: Array) -> Array:

@@ -12,7 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
+from ..arguments import complex_array, listed, numbers, positive, real_array, short
 from ..errors import InputError
+from ..gate import takes
 from ..inertia.rotor import Rotor
 from .bench import Bench
 from .identification import Identification
@@ -29,6 +31,14 @@ class Balance(NamedTuple):
     residual_std: Float[np.ndarray, " measurements"] | None
 
 
+def _real(value: Any, place: str) -> np.ndarray:
+    found = real_array(value)
+    if found is None or not np.isfinite(found).all():
+        raise InputError(f"{place} must be finite numbers, but is {short(value)}")
+    return found
+
+
+@takes(amplitude=_real, degrees=_real)
 def phasor(amplitude: Any, degrees: Any) -> np.ndarray:
     """Complex numbers from amplitudes and angles in degrees."""
     return np.asarray(amplitude, float) * np.exp(1j * np.deg2rad(degrees))
@@ -45,11 +55,9 @@ def influence_coefficients(before: Any, trials: Any, with_trials: Any) -> np.nda
 
     Raises `InputError` where the shapes do not fit or a trial is zero.
     """
-    before, trials, after = (
-        np.atleast_1d(np.asarray(x, complex)) for x in (before, trials, with_trials)
-    )
-    after = np.atleast_2d(after)
-    if before.ndim != 1 or trials.ndim != 1 or after.shape != (trials.size, before.size):
+    before, trials = complex_array(before, "before"), complex_array(trials, "trials")
+    after = complex_array(with_trials, "with_trials", 2)
+    if after.shape != (trials.size, before.size):
         raise InputError(
             f"with_trials must be one row of {before.size} vibrations for each of the {trials.size} trials, "
             f"but has shape {after.shape}"
@@ -59,6 +67,7 @@ def influence_coefficients(before: Any, trials: Any, with_trials: Any) -> np.nda
     return ((after - before) / trials[:, None]).T
 
 
+@takes(weights=numbers(above=0.0), std=positive())
 def balance(
     before: Any, coefficients: Any, weights: Any = None, std: float | None = None
 ) -> Balance:
@@ -70,8 +79,7 @@ def balance(
 
     Raises `InputError` for fewer measurements than planes, or planes that cannot be told apart.
     """
-    before = np.atleast_1d(np.asarray(before, complex))
-    C = np.atleast_2d(np.asarray(coefficients, complex))
+    before, C = complex_array(before, "before"), complex_array(coefficients, "coefficients", 2)
     if C.shape[0] != before.size:
         raise InputError(
             f"coefficients need a row for each of the {before.size} vibrations, but have {C.shape[0]}"
@@ -80,6 +88,10 @@ def balance(
         raise InputError(
             f"{C.shape[0]} measurements cannot balance {C.shape[1]} planes: measure at further speeds, or "
             "correct in fewer planes"
+        )
+    if weights is not None and np.size(weights) != before.size:
+        raise InputError(
+            f"weights must be {before.size}, one for each vibration, but are {np.size(weights)}"
         )
     w = np.ones(before.size) if weights is None else np.sqrt(np.asarray(weights, float))
     weighed = w[:, None] * C
@@ -102,6 +114,7 @@ def balance(
     )
 
 
+@takes(shapes=_real, planes=listed)
 def modal_balance(shapes: Any, planes: Any, modal_unbalance: Any) -> Complex[np.ndarray, " planes"]:
     """Corrections (kg·m) that cancel the unbalance of so many modes and leave the others as little changed
     as can be (least squares).
@@ -112,7 +125,7 @@ def modal_balance(shapes: Any, planes: Any, modal_unbalance: Any) -> Complex[np.
     Raises `InputError` for fewer planes than modes, or modes that the planes cannot tell apart.
     """
     S = np.atleast_2d(np.asarray(shapes, float))
-    U = np.atleast_1d(np.asarray(modal_unbalance, complex))
+    U = complex_array(modal_unbalance, "modal_unbalance")
     if S.shape != (U.size, len(planes)):
         raise InputError(
             f"shapes must be {U.size} modes by {len(planes)} planes, but have shape {S.shape}"
@@ -143,6 +156,7 @@ class Correction(NamedTuple):
         return 1e3 * float(np.sqrt(total)) / mass * speed
 
 
+@takes(places=numbers("m", fewest=2))
 def correction(found: Identification, rotor: str, places: tuple[float, float]) -> Correction:
     """What to add in two planes of `rotor` at `places` (z, m, from its geometric centre), from its identified
     unbalance, and how well that is known (the covariance of the identification, to first order).

@@ -7,7 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..arguments import number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..measure.noise import Noise
 from .fit import search
 from .identification import Identification
@@ -38,6 +40,7 @@ class Replicas(NamedTuple):
         return dict(zip(self.paths, (real / np.sqrt((self.stated**2).mean(axis=0))).tolist()))
 
 
+@takes(count=whole(1), level=number(above=0.0, below=1.0), iterations=whole(1))
 def bootstrap(
     found: Identification, count: int = 200, seed: int = 0, level: float = 0.95, iterations: int = 8
 ) -> Replicas:

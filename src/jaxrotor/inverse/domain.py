@@ -3,14 +3,17 @@ envelope are linear, and all are applied alike to what was measured and what was
 
 import abc
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, numbers
 from ..errors import InputError
 from ..measure.record import Series
+from ..part import Part, option
 
 Angles = Callable[[np.ndarray], np.ndarray]
 
@@ -38,7 +41,7 @@ class Compared(eqx.Module):
         return jnp.sqrt(jnp.where(square > 0, square, 1.0)) * (square > 0)
 
 
-class AbstractDomain(eqx.Module):
+class AbstractDomain(Part):
     """A way of comparing signals."""
 
     @abc.abstractmethod
@@ -54,6 +57,10 @@ class Time(AbstractDomain):
         return Compared(None, jnp.ones(len(series)), jnp.asarray(series.t))
 
 
+def _orders(value: Any, place: str) -> tuple[float, ...]:
+    return tuple(map(float, np.atleast_1d(numbers("a turn", above=0.0)(value, place))))
+
+
 class Orders(AbstractDomain):
     """What turns with the shaft: cosine and sine amplitude at `orders` per turn, over windows of some
     `turns` (Gaussian, standard deviation a quarter of it) that follow each other by half their length.
@@ -61,15 +68,9 @@ class Orders(AbstractDomain):
     No cycle can be skipped here. `envelope`: amplitudes alone, without phase.
     """
 
-    orders: tuple[float, ...] = eqx.field(static=True, default=(1.0,))
-    turns: float = eqx.field(static=True, default=8.0)
-    envelope: bool = eqx.field(static=True, default=False)
-
-    def __check_init__(self):
-        if not self.turns >= 1:
-            raise InputError(f"turns must be 1 or more, but is {self.turns!r}")
-        if not self.orders or any(not order > 0 for order in self.orders):
-            raise InputError(f"orders must be positive, but are {self.orders!r}")
+    orders: tuple[float, ...] = option(_orders, default=(1.0,))
+    turns: float = option(number(least=1.0), default=8.0)
+    envelope: bool = option(default=False)
 
     def compare(self, series: Series, angles: Angles, place: str) -> Compared:
         angle = angles(series.t)
@@ -114,8 +115,8 @@ class Orders(AbstractDomain):
 class Frequencies(AbstractDomain):
     """Fourier coefficients between `low` and `high` (Hz), of evenly spaced samples under a Hann window."""
 
-    low: float = eqx.field(static=True)
-    high: float = eqx.field(static=True)
+    low: float = option(number("Hz", least=0.0))
+    high: float = option(number("Hz", least=0.0))
 
     def __check_init__(self):
         if not 0 <= self.low < self.high:

@@ -27,11 +27,12 @@ _ROUNDING = 1e-11
 
 class Fit(NamedTuple):
     """Where a search ended. `costs`: half the sum of squares at each iteration. `stopped`: it came to rest
-    before the iterations ran out."""
+    before the iterations ran out. `interrupted`: by Ctrl-C, which keeps the best place so far."""
 
     u: Float[Array, " n"]
     costs: np.ndarray
     stopped: bool
+    interrupted: bool = False
 
 
 def _given(r: Array, J: Array):
@@ -126,11 +127,20 @@ def search(
     state = _begin_all(problem, u, count)
     history: list[np.ndarray] = []
     rested = np.zeros(len(starts), bool)
+    interrupted = False
     for i in range(iterations):
         least = history[-1] if history else np.full(len(starts), np.inf)
-        found, slopes = _looked_at(problem, state.y_eval, least, data)
-        u, state, cost, seen = _step_all(problem, u, state, found, slopes, data, free)
-        history.append(np.asarray(cost))
+        try:
+            found, slopes = _looked_at(problem, state.y_eval, least, data)
+            moved = _step_all(problem, u, state, found, slopes, data, free)
+            reached = np.asarray(moved[2])
+        except KeyboardInterrupt:
+            if not history:  # nothing has been found yet
+                raise
+            interrupted = True
+            break
+        u, state, _, seen = moved
+        history.append(reached)
         here, promised = np.asarray(seen[0]), _promised(*seen[1:])
         at_best = here <= (1 + _GAIN) * history[-1]
         rested |= np.asarray(state.terminate) | (history[-1] < 0.5 * count * _ROUNDING**2)
@@ -143,4 +153,4 @@ def search(
         if rested.all():
             break
     costs = np.stack(history, axis=1)
-    return [Fit(u[k], costs[k], bool(rested[k])) for k in range(len(starts))]
+    return [Fit(u[k], costs[k], bool(rested[k]), interrupted) for k in range(len(starts))]

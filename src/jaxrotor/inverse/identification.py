@@ -53,6 +53,7 @@ class Identification:
     count: int
     units: tuple[str, ...]
     problem: Problem
+    interrupted: bool = False
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -121,7 +122,9 @@ class Identification:
     @property
     def warnings(self) -> tuple[str, ...]:
         found = []
-        if not self.stopped:
+        if self.interrupted:
+            found.append("the search was interrupted: these are the estimates so far, unfinished")
+        elif not self.stopped:
             found.append(
                 "the search had not come to rest when its iterations ran out: allow more, or start nearer"
             )
@@ -204,6 +207,7 @@ class Identification:
             "bic": self.bic,
             "iterations": {name: len(costs) for name, costs in self.histories.items()},
             "came_to_rest": self.stopped,
+            "interrupted": self.interrupted,
             "channels": [
                 {
                     "run": c.run,

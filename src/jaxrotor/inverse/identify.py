@@ -11,8 +11,11 @@ import numpy as np
 import optax
 from tqdm import tqdm
 
+from ..arguments import listed, mapping, number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
+from ..machine.wiring import unknown
 from ..measure.channel import as_channels
 from ..parameter import require_x64
 from .bench import Bench
@@ -23,7 +26,7 @@ from .identification import Identification
 from .meeting import meet, noise_given
 from .problem import Problem, in_reverse, pose, residual_and_slopes, weighed
 from .simulated import records, records_and_slopes
-from .space import Space
+from .space import Space, wrapped
 from .trial import as_trials
 from .uncertainty import knowledge
 from .unknown import as_unknowns
@@ -32,6 +35,7 @@ from .unknown import as_unknowns
 _QUIET = 1e-6
 
 
+@takes(iterations=whole(1), optimiser=None)
 @dataclasses.dataclass(frozen=True)
 class Stage:
     """One search of several: in a `domain`, from where the last one ended.
@@ -47,6 +51,7 @@ class Stage:
     optimiser: optax.GradientTransformation | None = None
 
 
+@takes(sensors=mapping, stages=None, starts=listed)
 def identify(
     machine: Machine,
     parameters: Any,
@@ -72,18 +77,21 @@ def identify(
     - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
     - `shaft`: station whose angle counts the turns for `Orders`; by default the first.
 
-    **Returns** an `Identification`. Raises `InputError` for wrong input, before anything runs.
+    **Returns** an `Identification`; stopped by Ctrl-C after the first iteration, that of the best place so
+    far, marked `interrupted`. Raises `InputError` for wrong input, before anything runs.
     """
     require_x64()
     machine.check()
     bench = Bench(machine, as_channels(dict(sensors)))
     space = Space.of(bench, as_unknowns(parameters))
-    searches = [s if isinstance(s, Stage) else Stage(s) for s in stages]
+    searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
+    if shaft is not None and shaft not in machine.wiring.stations:
+        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
     if not searches:
         raise InputError("stages: name one at least, such as Time()")
     begun = bench.set(dict(zip(space.paths, space.starts)))
-    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
     places = jnp.stack([jnp.zeros(len(space)), *(place_of(space, start) for start in starts)])
+    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
     total = sum(stage.iterations for stage in searches)
     bar = tqdm(
         total=total,
@@ -103,12 +111,15 @@ def identify(
             name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
             for suffix, fit in zip(("", ", weighed by its residuals"), fits):
                 histories[name + suffix] = fit.costs
+            if best.interrupted:
+                break
     assert problem is not None
     return _told(problem, best, histories)
 
 
 def place_of(space: Space, start: Mapping[str, float]):
     """Where a start lies in the search; raises `InputError`."""
+    mapping(start, "starts: each")
     wrong = [path for path in start if path not in space.paths]
     if wrong:
         raise InputError(
@@ -116,7 +127,7 @@ def place_of(space: Space, start: Mapping[str, float]):
         )
     values = np.array(space.starts)
     for path, value in start.items():
-        values[space.paths.index(path)] = value
+        values[space.paths.index(path)] = number()(value, f"starts: `{path}`")
     place = space.places(values)
     if not np.isfinite(place).all():
         path = space.paths[int(np.argmin(np.isfinite(place)))]
@@ -143,7 +154,7 @@ def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[
     """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
     best = _best(problem, places, stage, bar)
     given = noise_given(problem)
-    if all(given) or len(given) == 1:
+    if best.interrupted or all(given) or len(given) == 1:
         return problem, [best]
     levels = []
     for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
@@ -161,13 +172,23 @@ def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[
     return problem, [best, _best(problem, best.u[None], stage, bar)]
 
 
+def _wrapped(space: Space, bench: Bench) -> Bench:
+    """With the angles that were looked for, and those tied to them, from -pi to pi."""
+    turned = {}
+    for path, kind, ties in zip(space.paths, space.kinds, space.ties):
+        for angle in (path, *dict(ties)) if kind == "circular" else ():
+            if bench.unit(angle) == "rad":
+                turned[angle] = wrapped(bench.get(angle))
+    return bench.set(turned)
+
+
 def _told(problem: Problem, best: Fit, histories) -> Identification:
     space = problem.space
     found, slopes = records_and_slopes(problem.simulated, best.u[None])
     first = jax.tree.map(lambda x: x[0], (found, slopes))
     r, J = (np.asarray(x) for x in residual_and_slopes(problem, best.u, *first))
     known = knowledge(J, r, space.paths, problem.count, all(noise_given(problem)))
-    bench = space.placed(problem.simulated.bench, best.u)
+    bench = _wrapped(space, space.placed(problem.simulated.bench, best.u))
     return Identification(
         machine=bench.machine,
         sensors=bench.channels,
@@ -178,6 +199,7 @@ def _told(problem: Problem, best: Fit, histories) -> Identification:
         channels=meet(problem, best.u, known.scale),
         histories=histories,
         stopped=best.stopped,
+        interrupted=best.interrupted,
         cost=float(0.5 * r @ r),
         count=problem.count,
         units=tuple(bench.unit(path) for path in space.paths),

@@ -11,7 +11,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from tqdm import tqdm
 
+from ..arguments import whole
 from ..errors import InputError
+from ..gate import takes
 from .identification import Identification
 from .problem import Problem, residual_and_slopes
 from .simulated import records_and_slopes
@@ -65,6 +67,7 @@ class Posterior:
         return "\n".join(lines)
 
 
+@takes(draws=whole(4), warmup=whole(0), chains=whole(1))
 def posterior(
     found: Identification,
     draws: int = 1000,

@@ -105,6 +105,7 @@ def pose(
         if trial.solver is not None:
             # adaptive solvers know one mode of differentiation at a time
             settings.update(solver=trial.solver, adjoint=diffrax.ForwardMode())
+            settings.update(rtol=trial.rtol, atol=trial.atol)
         series = trial.record.series
         run = Run(
             tuple(jnp.asarray(s.t) for s in series.values()),

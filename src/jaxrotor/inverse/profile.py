@@ -8,7 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
+from ..arguments import positive, whole
 from ..errors import InputError
+from ..gate import takes
 from .fit import search
 from .identification import Identification
 
@@ -43,6 +45,7 @@ def _crossing(root: np.ndarray, values: np.ndarray, reach: float) -> float | Non
     return float(np.interp(reach, root[i - 1 : i + 1], values[i - 1 : i + 1]))
 
 
+@takes(reach=positive(), points=whole(1), iterations=whole(1))
 def profiles(
     found: Identification,
     paths: Sequence[str] | None = None,

@@ -11,6 +11,11 @@ from .bench import Bench
 from .unknown import Kind, Unknown
 
 
+def wrapped(angle: Any) -> Any:
+    """rad, from -pi to pi."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
 class Space(eqx.Module):
     """The unknowns, their numbers as leaves: another start or prior does not recompile."""
 
@@ -76,7 +81,7 @@ class Space(eqx.Module):
     def shown(self, values: Any) -> np.ndarray:
         """Angles from -pi to pi, the rest as it is."""
         x = np.asarray(values, float)
-        return np.where(self._is("circular"), np.remainder(x + np.pi, 2 * np.pi) - np.pi, x)
+        return np.where(self._is("circular"), wrapped(x), x)
 
     def placed(self, bench: Bench, u: Float[Array, " n"]) -> Bench:
         """The machine and its channels at a place of the search, ties followed."""

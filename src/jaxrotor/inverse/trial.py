@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import mapping, number, positive
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..measure.record import Record
 from ..solve.adaptive import solver_for
@@ -16,13 +18,20 @@ from ..solve.simulate import Initial
 from ..solve.state import State
 
 
+@takes(
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+    sample_rate=positive("Hz"),
+    solver=None,
+    conditions=mapping,
+)
 @dataclasses.dataclass(frozen=True)
 class Trial:
     """**Arguments:**
 
     - `record`: what was measured; its time 0 is that of the run.
     - `sample_rate`: Hz, of the simulation; by default that of the fastest channel.
-    - `initial`, `speed`, `step`, `solver`: as for `jr.simulate`.
+    - `initial`, `speed`, `step`, `solver`, `rtol`, `atol`: as for `jr.simulate`.
     - `conditions`: what was different in this run: path -> value, such as a trial mass or another drive.
     """
 
@@ -33,6 +42,8 @@ class Trial:
     conditions: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     step: Plan | float | None = None
     solver: Any = None
+    rtol: float = 1e-7
+    atol: float = 1e-10
 
     def planned(self, machine: Machine) -> "Trial":
         """With its sample rate, and with a step fit for `machine`."""

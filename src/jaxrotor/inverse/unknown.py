@@ -8,13 +8,23 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..arguments import listed, mapping, number, numbers, positive, text
 from ..errors import InputError
+from ..gate import takes
 
 _ENTRY = re.compile(r"(.+?)\[(\d+)\]")
 
 Kind = Literal["free", "positive", "bounded", "circular"]
 
 
+@takes(
+    path=text,
+    start=number(),
+    bounds=numbers(size=2),
+    prior=numbers(size=2),
+    scale=positive(),
+    also=mapping,
+)
 @dataclasses.dataclass(frozen=True)
 class Unknown:
     """A parameter that is looked for.
@@ -94,7 +104,10 @@ def as_unknowns(given: Any) -> tuple[Unknown, ...]:
     """From a list of `Unknown` or of plain paths."""
     if isinstance(given, (str, Unknown)):
         given = [given]
-    found = tuple(one if isinstance(one, Unknown) else Unknown(one) for one in given)
+    found = tuple(
+        one if isinstance(one, Unknown) else Unknown(text(one, "a parameter that is looked for"))
+        for one in listed(given, "parameters")
+    )
     if not found:
         raise InputError("no parameter is looked for: name one at least")
     seen: set[str] = set()

@@ -8,7 +8,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
 from .lowest import lowest
@@ -42,6 +44,7 @@ class Campbell(eqx.Module):
         """(n, m); negative is unstable."""
         return -np.real(self.eigenvalues) / np.abs(self.eigenvalues)
 
+    @takes(order=number())
     def crossings(self, order: float = 1.0) -> dict[str, list[float]]:
         """Speeds (rad/s) at which each mode meets `order` times the speed, in either sense of the spin,
         between the speeds given, by interpolation; `critical_speeds` finds them exactly."""
@@ -57,6 +60,7 @@ class Campbell(eqx.Module):
         return found
 
 
+@takes(speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def campbell(
     machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
 ) -> Campbell:

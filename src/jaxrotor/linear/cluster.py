@@ -7,7 +7,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import complex_number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known
 from .linearise import LinearModel
 from .matrix_equations import balance
@@ -26,6 +28,7 @@ class Cluster(NamedTuple):
     spread: Complex[Array, ""]
 
 
+@takes(near=complex_number, count=whole(1))
 def pole_cluster(model: LinearModel, near: Any, count: int = 2) -> Cluster:
     """Mean and spread of the `count` eigenvalues of a linear model nearest to `near` (complex, 1/s).
 
@@ -51,6 +54,7 @@ def pole_cluster(model: LinearModel, near: Any, count: int = 2) -> Cluster:
     return cluster
 
 
+@takes()
 def decay_rate(model: LinearModel) -> Float[Array, ""]:
     """Minus the largest real part of all eigenvalues, 1/s: every free motion dies away at least like
     exp(-rate t). A free spin gives 0, instability less.

@@ -9,7 +9,9 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import numbers, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..parameter import known
 from .crossing import crossings
@@ -20,6 +22,7 @@ from .lowest import lowest
 from .modes import STRAIGHT, Mode, describe, named, told_apart
 
 Whirl = Literal["forward", "backward"]
+_RANGE = numbers("rad/s", least=0.0, size=2, rising=True)
 # Of the lowest and the highest root: the range in which all others are looked for.
 _BELOW, _ABOVE = 1e-3, 1.05
 
@@ -31,6 +34,7 @@ class _Found(NamedTuple):
     shapes: Complex[Array, "n m"]
 
 
+@takes(order=positive(), count=whole(1), speeds=_RANGE)
 def critical_speeds(
     machine: Machine,
     order: float = 1.0,
@@ -61,6 +65,7 @@ def critical_speeds(
     return _critical(machine, order, damped, at, count, speeds, whirl).speeds
 
 
+@takes(order=positive(), count=whole(1), speeds=_RANGE)
 def critical_modes(
     machine: Machine,
     order: float = 1.0,
@@ -80,15 +85,7 @@ def critical_modes(
 
 
 def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
-    if not order > 0:
-        raise InputError(f"order must be positive, but is {order!r}")
-    if whirl not in (None, "forward", "backward"):
-        raise InputError(f'whirl must be "forward" or "backward", but is {whirl!r}')
     low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
-    if not 0 <= low < high:
-        raise InputError(f"speeds must be a rising range (low, high) in rad/s, but is {speeds!r}")
-    if count is not None and count < 1:
-        raise InputError(f"count must be one at least, but is {count!r}")
     machine.check()
     order = jnp.asarray(float(order))
     rest = at_rest(machine, order, at)
@@ -116,11 +113,11 @@ def _constant(machine: Machine, rest: Frozen, low, high, whirl, count) -> _Found
     place = jnp.argsort(jnp.where(wanted, rest.speeds, jnp.inf))
     values = jnp.where(wanted[place], rest.speeds[place], jnp.inf)
     hidden = (rest.lost > 0) & (place >= rest.complete)
-    numbers = known(wanted)
-    if numbers is None:
+    chosen = known(wanted)
+    if chosen is None:
         values = jnp.where(rest.varies | hidden, jnp.nan, values)
         return _Found(values[:count], rest.shapes[:, place[:count]])
-    size = int(numbers.sum()) if count is None else min(count, int(numbers.sum()))
+    size = int(chosen.sum()) if count is None else min(count, int(chosen.sum()))
     if rest.lost > 0:
         told = np.append(0.0, np.asarray(known(rest.speeds)))
         sure = float(told[int(rest.complete)])

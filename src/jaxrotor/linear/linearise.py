@@ -9,7 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import number
 from ..errors import InputError
+from ..gate import takes
 from ..kinematics import COORDINATES
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out
@@ -132,6 +134,7 @@ def driven_back(A: Any, M: Any, vectors: Any) -> Any:
     return work > _ROUNDING * len(A) * parts
 
 
+@takes(speed=number("rad/s"))
 def linearize(
     machine: Machine,
     speed: Float[Array, ""] | float = 0.0,

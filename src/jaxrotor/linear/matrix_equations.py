@@ -4,11 +4,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ..arguments import matrix
+from ..errors import InputError
+from ..gate import takes
+
 _BALANCING = 60  # sweeps; each halves what is out of balance, or nearly so
 _SIGN_STEPS = 60  # Newton's steps towards a sign, at most: ten or fifteen are usual
 _KLEINMAN_STEPS = 3  # each doubles the digits, and the start has six or more
 
 
+@takes(A=matrix, Q=matrix)
 @jax.jit
 def lyapunov(A: Float[Array, "d d"], Q: Float[Array, "d d"]) -> Float[Array, "d d"]:
     """X in `A X + X A' + Q = 0`, for a stable A (all that is needed is that no two eigenvalues of A add up
@@ -19,6 +24,7 @@ def lyapunov(A: Float[Array, "d d"], Q: Float[Array, "d d"]) -> Float[Array, "d 
     of different units may stand side by side: they are balanced first. Source: Bartels & Stewart, Comm.
     ACM 15 (1972) 820.
     """
+    fit(A=(A, (len(A), len(A))), Q=(Q, (len(A), len(A))))
     scale = balance(A)
     A = A * scale[None, :] / scale[:, None]
     T, U = jax.scipy.linalg.schur(jax.lax.stop_gradient(A), output="complex")
@@ -92,6 +98,7 @@ def stable(A: Float[Array, "d d"]) -> Bool[Array, ""]:
     return jnp.max(values.real) < -1e-12 * jnp.max(jnp.abs(values))
 
 
+@takes(A=matrix, B=matrix, Q=matrix, R=matrix)
 @jax.jit
 def riccati(
     A: Float[Array, "d d"], B: Float[Array, "d m"], Q: Float[Array, "d d"], R: Float[Array, "m m"]
@@ -103,6 +110,8 @@ def riccati(
     Sources: Byers, Linear Algebra Appl. 85 (1987) 267 (matrix sign function); Kleinman, IEEE Trans. Autom.
     Control 13 (1968) 114 (the last digits).
     """
+    d, m = shape_of(B, "B", (len(A), None))
+    fit(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))
     G = B @ jnp.linalg.solve(R, B.T)
     return _riccati(A, 0.5 * (G + G.T), 0.5 * (Q + Q.T))
 
@@ -157,3 +166,17 @@ def _sign(H: Float[Array, "n n"]) -> Float[Array, "n n"]:
         return new, jnp.max(jnp.abs(new - S)) / jnp.max(jnp.abs(new)), k + 1
 
     return jax.lax.while_loop(going, once, (H, jnp.ones(()), 0))[0]
+
+
+def shape_of(x: Array, name: str, wanted: tuple[int | None, int | None]) -> tuple[int, int]:
+    """Rows and columns of a matrix; raises `InputError` where they are not those `wanted`."""
+    if x.ndim != 2 or any(w is not None and w != s for w, s in zip(wanted, x.shape)):
+        size = " by ".join("any number" if w is None else str(w) for w in wanted)
+        raise InputError(f"{name} must be a matrix, {size}, but its shape is {x.shape}")
+    return x.shape[0], x.shape[1]
+
+
+def fit(**given: tuple[Array, tuple[int, int]]) -> None:
+    """Raises `InputError` for the first matrix that has not the shape beside it."""
+    for name, (x, wanted) in given.items():
+        shape_of(x, name, wanted)

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg
 
+from ..arguments import whole
+from ..gate import takes
 from .linearise import LinearModel
 from .lowest import lowest
 
@@ -39,6 +41,7 @@ class Mode(NamedTuple):
     shape: np.ndarray
 
 
+@takes(count=whole(1))
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take

@@ -8,13 +8,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..parameter import known
 from .matrix_equations import lyapunov, stable
 from .transfer import Peaks, Transfer, highest, level, met, transfer
 
 
+@takes(speed=number("rad/s"))
 def h2_norm(
     machine: Machine,
     input: str,
@@ -49,6 +52,13 @@ def _h2(G: Transfer, dies: Array) -> Array:
     return jnp.where(dies, jnp.where(met, jnp.sqrt(jnp.where(met, square, 1.0)), 0.0), jnp.inf)
 
 
+@takes(
+    start=number("rad/s"),
+    stop=number("rad/s"),
+    count=whole(1),
+    points=whole(2),
+    speed=number("rad/s"),
+)
 def response_peaks(
     machine: Machine,
     input: str,
@@ -89,6 +99,7 @@ def response_peaks(
     return peaks
 
 
+@takes(speed=number("rad/s"), points=whole(2))
 def h_infinity_norm(
     machine: Machine,
     input: str,

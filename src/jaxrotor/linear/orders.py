@@ -10,7 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import names, numbers
 from ..errors import InputError
+from ..gate import takes
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -53,6 +55,7 @@ class OrderResponse(eqx.Module):
         return jnp.max(jnp.abs(jnp.einsum("sko,ka->sao", self.values, waves).real), axis=1)
 
 
+@takes(outputs=names, speeds=numbers("rad/s"))
 def unbalance_response(
     machine: Machine,
     outputs: str | Sequence[str],
@@ -80,6 +83,7 @@ def unbalance_response(
     return FrequencyResponse(found.speeds, values, found.outputs, (), kind, found.units)
 
 
+@takes(outputs=names, speeds=numbers("rad/s"), orders=numbers())
 def order_response(
     machine: Machine,
     outputs: str | Sequence[str],

@@ -8,7 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..parameter import known
 from .orders import unbalance_response
@@ -23,6 +25,7 @@ class Peak(NamedTuple):
     amplitude: Float[Array, ""]
 
 
+@takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))
 def unbalance_peak(
     machine: Machine,
     output: str,

@@ -6,9 +6,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import matrix
 from ..errors import InputError
+from ..gate import takes
 from ..parameter import known
-from .matrix_equations import lyapunov, riccati, stable
+from .matrix_equations import fit, lyapunov, riccati, shape_of, stable
 
 _UNREACHED = (
     "let an input reach the one that does not, or weigh it in Q where it neither grows nor dies out"
@@ -32,6 +34,7 @@ class Compensator(NamedTuple):
     cost: Float[Array, ""]
 
 
+@takes(A=matrix, B=matrix, Q=matrix, R=matrix)
 def lqr(A: Any, B: Any, Q: Any, R: Any) -> Regulator:
     """The feedback u = -gain x of x' = A x + B u with the least integral of x' Q x + u' R u.
 
@@ -41,14 +44,17 @@ def lqr(A: Any, B: Any, Q: Any, R: Any) -> Regulator:
     Anderson & Moore, Optimal Control: Linear Quadratic Methods (1990), ch. 2-3.
     """
     A, B, Q, R = _arrays(A, B, Q, R)
-    d, m = _shape(B, "B", (A.shape[0], None))
-    _shapes(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))
+    d, m = shape_of(B, "B", (A.shape[0], None))
+    fit(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))
     _positive(R, "R")
     found = _regulator(A, B, Q, R)
     _check(A - B @ found.gain, "(A, B)", _UNREACHED)
     return found
 
 
+@takes(
+    A=matrix, B=matrix, C=matrix, Q=matrix, R=matrix, process_noise=matrix, measurement_noise=matrix
+)
 def lqg(
     A: Any, B: Any, C: Any, Q: Any, R: Any, process_noise: Any, measurement_noise: Any
 ) -> Compensator:
@@ -60,10 +66,10 @@ def lqg(
     column of `model.B`. All else as for `lqr`, also of the filter. Source: Anderson & Moore (1990), ch. 7-8.
     """
     A, B, C, Q, R, W, V = _arrays(A, B, C, Q, R, process_noise, measurement_noise)
-    d, m = _shape(B, "B", (A.shape[0], None))
-    p, _ = _shape(C, "C", (None, d))
-    _shapes(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))
-    _shapes(process_noise=(W, (d, d)), measurement_noise=(V, (p, p)))
+    d, m = shape_of(B, "B", (A.shape[0], None))
+    p, _ = shape_of(C, "C", (None, d))
+    fit(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))
+    fit(process_noise=(W, (d, d)), measurement_noise=(V, (p, p)))
     _positive(R, "R")
     _positive(V, "measurement_noise")
     K, X = _regulator(A, B, Q, R)
@@ -75,14 +81,15 @@ def lqg(
     return Compensator(A - B @ K - L @ C, L, -K, cost)
 
 
+@takes(A=matrix, B=matrix, K=matrix, Q=matrix, R=matrix, X0=matrix)
 def closed_loop_cost(A: Any, B: Any, K: Any, Q: Any, R: Any, X0: Any) -> Float[Array, ""]:
     """What the feedback u = -K x costs: the integral of x' Q x + u' R u, from initial states with mean
     square X0 = E[x0 x0'] (d, d): trace(P X0), P by a Lyapunov equation. With X0 the intensity of white noise
     it is the mean cost in the long run. Infinite where the loop is not stable. Exact derivatives in both
     modes, by K too."""
     A, B, K, Q, R, X0 = _arrays(A, B, K, Q, R, X0)
-    d, m = _shape(B, "B", (A.shape[0], None))
-    _shapes(A=(A, (d, d)), K=(K, (m, d)), Q=(Q, (d, d)), R=(R, (m, m)), X0=(X0, (d, d)))
+    d, m = shape_of(B, "B", (A.shape[0], None))
+    fit(A=(A, (d, d)), K=(K, (m, d)), Q=(Q, (d, d)), R=(R, (m, m)), X0=(X0, (d, d)))
     return _cost(A, B, K, Q, R, X0)
 
 
@@ -103,18 +110,6 @@ def _cost(A, B, K, Q, R, X0) -> Array:
 
 def _arrays(*given: Any) -> tuple[Array, ...]:
     return tuple(jnp.asarray(x, float) for x in given)
-
-
-def _shape(x: Array, name: str, wanted: tuple[int | None, int | None]) -> tuple[int, int]:
-    if x.ndim != 2 or any(w is not None and w != s for w, s in zip(wanted, x.shape)):
-        size = " by ".join("any number" if w is None else str(w) for w in wanted)
-        raise InputError(f"{name} must be a matrix, {size}, but its shape is {x.shape}")
-    return x.shape[0], x.shape[1]
-
-
-def _shapes(**given: tuple[Array, tuple[int, int]]) -> None:
-    for name, (x, wanted) in given.items():
-        _shape(x, name, wanted)
 
 
 def _positive(x: Array, name: str) -> None:

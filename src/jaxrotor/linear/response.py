@@ -10,7 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..arguments import names, number, numbers
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..parameter import known
@@ -47,6 +49,7 @@ class FrequencyResponse(eqx.Module):
         return jnp.angle(self.values)
 
 
+@takes(inputs=names, outputs=names, frequencies=numbers("rad/s"), speed=number("rad/s"))
 def frequency_response(
     machine: Machine,
     inputs: str | Sequence[str],

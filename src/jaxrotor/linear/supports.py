@@ -8,8 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
+from ..arguments import names, numbers, whole
 from ..attach.support import LinearSupport, SpeedDependentSupport
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
@@ -30,6 +32,7 @@ class CriticalSpeedMap(eqx.Module):
     actual: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
+@takes(stiffness=numbers("N/m", above=0.0), supports=names, count=whole(1))
 def critical_speed_map(
     machine: Machine,
     stiffness: Any,
@@ -43,10 +46,6 @@ def critical_speed_map(
     Source: API RP 684, sec. 2.4 (undamped critical-speed map).
     """
     stiffness = np.atleast_1d(np.asarray(stiffness, float))
-    if stiffness.size == 0 or not np.all(np.isfinite(stiffness)) or np.any(stiffness <= 0):
-        raise InputError(
-            "stiffness must be positive numbers in N/m, such as np.geomspace(1e6, 1e10, 40)"
-        )
     kinds = (LinearSupport, SpeedDependentSupport)
     known = {name: e for name, e in machine.elements().items() if isinstance(e, kinds)}
     names = tuple(known) if supports is None else tuple(supports)

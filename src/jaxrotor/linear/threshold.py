@@ -9,12 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize
 
 
+@takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))
 def stability_threshold(
     machine: Machine, start: float, stop: float, points: int = 61, at: Any = "undeformed"
 ) -> Float[Array, ""]:
@@ -24,6 +27,7 @@ def stability_threshold(
     every parameter are exact. Raises `InputError` where the machine stays stable (or is unstable at `start`).
     """
     machine.check()
+    numbers("rad/s", size=2, rising=True)([start, stop], "start and stop")
     speeds = np.linspace(start, stop, points)
     still = jax.tree.map(jax.lax.stop_gradient, machine)
     growth = np.asarray(_least_damped(still, jnp.asarray(speeds), at))

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -58,6 +60,7 @@ def _ratio(machine: Machine, shaft: str) -> float:
     return abs(float(spins[stations.index(shaft)]))
 
 
+@takes()
 def torsional(model: LinearModel) -> LinearModel:
     """The twisting of a linear model alone, all other coordinates held: a `LinearModel` over phi."""
     rows = np.array([i for i, (_, c) in enumerate(model.coordinates) if c == "phi"], int)
@@ -81,6 +84,7 @@ def torsional(model: LinearModel) -> LinearModel:
     return LinearModel(M, C, G, K, A, B, model.speed, model.spins[rows], model.state, labels)
 
 
+@takes(speed=number("rad/s"), count=whole(1))
 def torsional_modes(
     machine: Machine, speed: Any = 0.0, count: int | None = None, at: Any = "equilibrium"
 ) -> list[TorsionalMode]:
@@ -159,6 +163,7 @@ def _carriers(machine: Machine) -> dict[str, dict[str, tuple[str, float]]]:
     return found
 
 
+@takes()
 def holzer_table(mode: TorsionalMode) -> str:
     """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part, of a
     gear that upon its first wheel, and the force in its teeth."""
@@ -178,6 +183,7 @@ def holzer_table(mode: TorsionalMode) -> str:
     return "\n".join(lines)
 
 
+@takes(orders=numbers(above=0.0), speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def interferences(
     machine: Machine,
     orders: Sequence[float],

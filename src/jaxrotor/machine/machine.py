@@ -7,10 +7,13 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from ..arguments import mapping, names, text
 from ..drive.motion import AbstractMotion
-from ..errors import InputError
+from ..errors import InputError, refuse
+from ..gate import takes
 from ..kinematics import COORDINATES
 from ..parameter import as_float64, parameter, problems
+from ..part import Part
 from ..protocol import (
     AbstractAttachment,
     AbstractConnector,
@@ -29,7 +32,7 @@ from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, w
 Place = str | Sequence[str]
 
 
-class Machine(eqx.Module):
+class Machine(Part):
     """A line-up of elements: a pytree whose leaves are the physical parameters.
 
     **Arguments:**
@@ -52,6 +55,7 @@ class Machine(eqx.Module):
     gravity: Float[Array, "3"] = parameter("m/s^2", shapes=((3,),))
     wiring: Wiring = eqx.field(static=True)  # pyright: ignore[reportGeneralTypeIssues]
 
+    @takes(elements=mapping, connections=mapping, fixed=mapping, prescribed=mapping)
     def __init__(
         self,
         elements: Mapping[str, AbstractElement],
@@ -60,6 +64,8 @@ class Machine(eqx.Module):
         fixed: Mapping[str, Sequence[str]] | None = None,
         prescribed: Mapping[str, Mapping[str, AbstractMotion]] | None = None,
     ):
+        parts = {name: e for name, e in elements.items() if isinstance(e, AbstractElement)}
+        refuse(_faults(parts, as_float64(gravity)))  # first: wiring counts what parts are made of
         wiring, stations, connectors = wire(elements, connections)
         check_connected(wiring)
         held, motions = _hold(wiring, stations, fixed or {}, prescribed or {})
@@ -68,12 +74,14 @@ class Machine(eqx.Module):
         self.connectors = tuple(connectors)
         self.motions = motions
         self.gravity = as_float64(gravity)
-        self.check()
+        refuse(self._motion_faults())
         lineup = structure_of(self)
         check_ends(lineup)
         check_carried(lineup)
+        refuse(massless(self))
 
     @classmethod
+    @takes(elements=mapping, attachments=mapping)
     def in_line(
         cls,
         elements: Mapping[str, AbstractElement],
@@ -158,7 +166,7 @@ class Machine(eqx.Module):
 
     def _split(self, path: str) -> tuple[Any, Any, list[str]]:
         """For a path: (machine -> the root it starts from, that root, the steps below it)."""
-        head, *steps = path.split(".")
+        head, *steps = text(path, "a parameter's path").split(".")
         if path == "gravity":
             return (lambda m: m), self, ["gravity"]
         for held in self.wiring.held:
@@ -188,6 +196,7 @@ class Machine(eqx.Module):
             return several or (field.metadata["unit"],)
         return (driven_unit(root, steps, path),)
 
+    @takes(values=mapping)
     def set(self, values: Mapping[str, Any]) -> "Machine":
         """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked."""
         machine = self
@@ -230,17 +239,12 @@ class Machine(eqx.Module):
 
     def check(self) -> None:
         """Raises `InputError` for every parameter that is out of its bounds."""
-        found = []
-        found.extend(problems(_Gravity(self.gravity), "machine"))
-        for name, element in self.elements().items():
-            found.extend(problems(element, name))
-        for held in self.wiring.held:
-            if held.motion != FIXED:
-                found.extend(problems(self.motions[held.motion], self._held_path(held)))
-        if not found:
-            found.extend(massless(self))
-        if found:
-            raise InputError(*found)
+        refuse([*_faults(self.elements(), self.gravity), *self._motion_faults()])
+        refuse([*massless(self)])
+
+    def _motion_faults(self) -> list[str]:
+        moved = [held for held in self.wiring.held if held.motion != FIXED]
+        return [p for h in moved for p in problems(self.motions[h.motion], self._held_path(h))]
 
     def filled(self) -> "Machine":
         """The machine with the lumped shares of shafts filled in where the user gave none."""
@@ -261,6 +265,12 @@ class Machine(eqx.Module):
 
 class _Gravity(eqx.Module):
     gravity: Float[Array, "3"] = parameter("m/s^2", shapes=((3,),))
+
+
+def _faults(elements: Mapping[str, AbstractElement], gravity: Any) -> list[str]:
+    """Of the parameters of elements, by name, and of the gravity."""
+    found = list(problems(_Gravity(gravity), "machine"))
+    return found + [p for name, e in elements.items() for p in problems(e, name)]
 
 
 def _hold(
@@ -288,12 +298,13 @@ def _hold(
 
     for name, coordinates in fixed.items():
         index = station(name, "fixed")
+        names(coordinates, f"fixed: coordinates of `{name}`")
         if isinstance(coordinates, str):
             coordinates = (coordinates,)
         held += [Held(index, coordinate(name, c), FIXED) for c in coordinates]
     for name, given in prescribed.items():
         index = station(name, "prescribed")
-        for c, motion in given.items():
+        for c, motion in mapping(given, f"prescribed: coordinates of `{name}`").items():
             if not isinstance(motion, AbstractMotion):
                 raise InputError(
                     f"`{name}.{c}`: a prescribed coordinate needs a motion such as "

@@ -4,6 +4,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ..arguments import listed
 from ..errors import InputError
 from ..kinematics import COORDINATES
 from ..protocol import (
@@ -44,10 +45,10 @@ class Wiring:
     inner: tuple[int, ...] = ()
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> str:
+def unknown(kind: str, name: object, known: Iterable[str]) -> str:
     """'there is no station `mian`: did you mean `main`? ...'."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
     guess = f": did you mean `{close[0]}`?" if close else ""
     listed = ", ".join(f"`{k}`" for k in known) or "none"
     return f"there is no {kind} `{name}`{guess or ';'} known: {listed}"
@@ -99,7 +100,9 @@ def wire(
                 f"`{name}`: is connected to nothing: give its stations in `connections`"
             )
         given = connections[name]
-        places = (given,) if isinstance(given, str) else tuple(given)
+        places = (
+            (given,) if isinstance(given, str) else tuple(listed(given, f"`{name}`: its stations"))
+        )
         if isinstance(element, AbstractConnector) and len(places) != 2:
             raise InputError(f"`{name}`: joins two stations, but {len(places)} are given")
         ends.append(tuple(_resolve(name, place, stations, names) for place in places))

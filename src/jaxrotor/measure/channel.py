@@ -2,19 +2,20 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from ..arguments import whole
 from ..errors import InputError
 from ..parameter import parameter
+from ..part import Part, option
 from ..solve.response import Response
 from .filters import between, low_pass
 from .noise import Noise
 from .sensor import AbstractSensor
 
 
-class Channel(eqx.Module):
+class Channel(Part):
     """What is recorded of a sensor: `sensitivity` times what it sees, filtered, later by `delay`, plus
     `bias`.
 
@@ -32,12 +33,12 @@ class Channel(eqx.Module):
     """
 
     sensor: AbstractSensor
-    unit: str = eqx.field(static=True, default="")
+    unit: str = option(default="")
     sensitivity: Float[Array, ""] = parameter(default=1.0, label="unit per unit of the sensor")
     bias: Float[Array, ""] = parameter(default=0.0, label="what is recorded of zero")
     delay: Float[Array, ""] = parameter("s", default=0.0)
     cutoff: Float[Array, ""] | None = parameter("Hz", positive=True, optional=True, default=None)
-    order: int = eqx.field(static=True, default=2)
+    order: int = option(whole(1, 20), default=2)
     noise: Noise | None = None
 
     @property

@@ -8,7 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import either, takes
 from ..kinematics import from_turning
 from ..machine.field import Evaluation, evaluate, jacobian, watched_field
 from ..machine.lineup import line_up, stack
@@ -58,6 +60,13 @@ class EnergyAudit(eqx.Module):
         return jnp.max(jnp.abs(self.residual)) / self.exchanged
 
 
+@takes(
+    t_end=positive("s"),
+    step=either(Plan, positive("s")),
+    speed=number("rad/s"),
+    sample_rate=positive("Hz"),
+    rtol=number(above=0.0, below=1.0),
+)
 def energy_audit(
     machine: Machine,
     t_end: float,
@@ -83,7 +92,7 @@ def energy_audit(
                 f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
                 "inherit jaxrotor.Energetic and define energy and power_lost"
             )
-    count = sample_count(t_end, sample_rate)
+    count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
     speed = initial_speed(machine, initial, speed)
     interval = jnp.asarray(1.0 / sample_rate, float)
     grid = grid_of(machine, sample_rate)

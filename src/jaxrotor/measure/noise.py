@@ -1,14 +1,14 @@
 """Noise of measurement chains."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from ..parameter import parameter
+from ..part import Part
 
 
-class Noise(eqx.Module):
+class Noise(Part):
     """Gaussian noise, and the steps of a converter.
 
     **Arguments:** (in the unit of the channel)

@@ -4,35 +4,37 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
+from ..arguments import number, numbers, whole
 from ..errors import InputError
+from ..gate import takes
 from ..solve.response import Response, StationResponse
 from .record import Series
 
 
+@takes(instants=numbers("s", fewest=2, rising=True), pulses=whole(1), first=number("rad"))
 def angle_of(instants, pulses: int, first: float = 0.0) -> Series:
     """The angle at recorded instants (s, rising): each of `pulses` in a turn is 2 pi/pulses further.
 
     `first`: rad, at the first instant. Raises `InputError` for instants that do not rise.
     """
-    _check(pulses)
     at = np.asarray(instants, float)
     return Series(at, first + 2 * np.pi / pulses * np.arange(at.size), unit="rad")
 
 
+@takes(instants=numbers("s", fewest=2, rising=True), pulses=whole(1))
 def speed_of(instants, pulses: int) -> Series:
     """The mean speed between recorded instants, rad/s, in the middle between them."""
-    _check(pulses)
     at = angle_of(instants, pulses).t
     return Series(0.5 * (at[1:] + at[:-1]), 2 * np.pi / pulses / np.diff(at), unit="rad/s")
 
 
+@takes(pulses=whole(1))
 def pulse_times(response: Response, station: str, pulses: int) -> np.ndarray:
     """Instants (s) at which a station passes the marks of an encoder, forwards, during a run.
 
     Between samples the angle is a cubic with its own rate, so the instants are far better than the samples
     are dense.
     """
-    _check(pulses)
     part = response[station]
     if not isinstance(part, StationResponse):
         raise InputError(f"`{station}`: is no station, an encoder cannot be mounted there")
@@ -47,8 +49,3 @@ def pulse_times(response: Response, station: str, pulses: int) -> np.ndarray:
                 brentq(lambda s, mark=mark: curve(s) - mark * pitch, t[i], t[i + 1], xtol=1e-13)
             )
     return np.asarray(found)
-
-
-def _check(pulses: int) -> None:
-    if isinstance(pulses, bool) or not isinstance(pulses, int) or pulses < 1:
-        raise InputError(f"pulses must be a whole number in a turn, 1 or more, but is {pulses!r}")

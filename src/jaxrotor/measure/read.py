@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import path
 from ..document import read_document
 from ..errors import InputError
+from ..gate import takes
 from ..machine.wiring import unknown
 from ..units import known_unit, quantity, read, shown
 from .record import Record, Series
@@ -21,6 +23,7 @@ _CHANNEL_KEYS = (*_SHARED, "column", "unit")
 _TIME_KEYS = ("column", "unit")
 
 
+@takes(path=path)
 def read_record(path: str | os.PathLike) -> Record:
     """A recorded run, described by a TOML file such as
 

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import mapping, real_array, short, some_text
 from ..errors import InputError
+from ..machine.wiring import unknown
 
 
 class Series:
@@ -14,7 +16,11 @@ class Series:
     differ, instants that do not rise or are not finite, values that are infinite, and too few of them."""
 
     def __init__(self, t: Any, values: Any, unit: str = "", place: str = "a series"):
-        self.t, self.values, self.unit = np.asarray(t, float), np.asarray(values, float), unit
+        self.t, self.values = (
+            _numbers(t, f"{place}: instants"),
+            _numbers(values, f"{place}: values"),
+        )
+        self.unit = some_text(unit, f"{place}: unit")
         if self.t.ndim != 1 or self.t.shape != self.values.shape:
             raise InputError(
                 f"{place}: needs as many values as instants, in one row, but there are values "
@@ -60,6 +66,13 @@ class Series:
         return f"Series({len(self)} values from {self.t[0]:g} to {self.t[-1]:g} s{gaps}, {self.unit!r})"
 
 
+def _numbers(given: Any, place: str) -> np.ndarray:
+    found = real_array(given)
+    if found is None:
+        raise InputError(f"{place} must be a row of numbers, but is {short(given)}")
+    return found
+
+
 class Record:
     """Signals recorded in one run of a machine, by the names of their channels; rates may differ.
 
@@ -67,7 +80,7 @@ class Record:
     """
 
     def __init__(self, series: Mapping[str, Series], name: str = "run", notes: Sequence[str] = ()):
-        for key, one in series.items():
+        for key, one in mapping(series, f"`{name}`: series").items():
             if not isinstance(one, Series):
                 raise InputError(
                     f"`{name}`: {key} must be a Series(t, values), but is {type(one).__name__}"
@@ -77,6 +90,8 @@ class Record:
         self.series, self.name, self.notes = dict(series), name, tuple(notes)
 
     def __getitem__(self, channel: str) -> Series:
+        if channel not in self.series:
+            raise InputError(f"`{self.name}`: {unknown('channel', channel, self.series)}")
         return self.series[channel]
 
     def __repr__(self) -> str:

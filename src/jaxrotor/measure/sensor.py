@@ -10,10 +10,11 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..parameter import parameter
+from ..part import Part
 from ..solve.response import ConnectorResponse, Response, StationResponse
 
 
-class AbstractSensor(eqx.Module):
+class AbstractSensor(Part):
     """An instrument. One of your own needs `unit` and `signal`."""
 
     unit: eqx.AbstractClassVar[str]

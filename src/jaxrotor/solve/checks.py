@@ -1,5 +1,6 @@
 """Is the request sound, before a run; was the run one, after it."""
 
+import os
 import warnings
 from typing import Any
 
@@ -9,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import positive
 from ..errors import InputError, SimulationFailed
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -22,6 +24,8 @@ from .equilibrium import refuse_unbalanced
 from .response import Response, RunInfo
 from .state import State
 
+# How often the states of a run are held at once, at least.
+_COPIES = 2
 # A periodic whirl found by shooting must come back to this part of its size.
 _STEADY_GAP = 1e-7
 # A run by a step of the user's own is warned of from this error on, as part of a coordinate's peak.
@@ -40,31 +44,37 @@ def check_solver(machine: Any, solver: Any, step: Any, rtol: Any, atol: Any) -> 
     for name, value in (("rtol", rtol), ("atol", atol), ("step", step)):
         if value is None or type(value).__name__ == "Plan" or not is_concrete(value):
             continue
-        try:
-            number = float(numbers(value))
-        except (TypeError, ValueError):
-            raise InputError(f"{name} must be a number, but is {value!r}") from None
-        if not 0 < number < float("inf"):
-            raise InputError(f"{name} must be positive and finite, but is {number:g}")
+        positive()(value, name)
 
 
-def sample_count(t_end: Any, sample_rate: Any) -> int:
+def sample_count(t_end: Any, sample_rate: Any, stations: int = 1) -> int:
+    """Of a run; raises `InputError` where there are too few, or more than the memory of this computer holds
+    for a machine of so many `stations`."""
     for name, value, unit in (("t_end", t_end, "s"), ("sample_rate", sample_rate, "Hz")):
         if not is_concrete(value):
             raise InputError(f"{name} sets the number of samples, so it must be a plain number")
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InputError(f"{name} must be a number in {unit}, but is {value!r}") from None
-        if not (0 < number < float("inf")):
-            raise InputError(f"{name} must be positive and finite, but is {number:g} {unit}")
+        positive(unit)(value, name)
     count = int(float(t_end) * float(sample_rate) + 1e-9) + 1
     if count < 3:
         raise InputError(
             f"t_end = {t_end:g} s at sample_rate = {sample_rate:g} Hz gives {count} samples: "
             "raise one of them"
         )
+    size = _COPIES * 8.0 * 12 * stations * count
+    if size > _memory():
+        raise InputError(
+            f"t_end = {t_end:g} s at sample_rate = {sample_rate:g} Hz gives {count:.3g} samples, "
+            f"{size / 1e9:.3g} GB, more than the memory of this computer: lower one of them"
+        )
     return count
+
+
+def _memory() -> float:
+    """Bytes that this computer has."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (ValueError, OSError, AttributeError):
+        return 64e9
 
 
 def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..gate import takes
 from ..kinematics import COORDINATES
 from ..machine.field import Reference, evaluate, initial_states, n_free
 from ..machine.lineup import structure_of
@@ -23,6 +24,7 @@ from .state import State, from_flat
 _ITERATIONS = 100
 
 
+@takes()
 def static_equilibrium(machine: Machine) -> State:
     """The machine at rest under gravity and constant loads at t = 0, by Newton's method.
 

@@ -15,6 +15,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import whole
+from ..gate import takes
 from .defect import Defect
 from .weights import (
     STAGES,
@@ -135,6 +137,7 @@ class AbstractExponential(diffrax.AbstractSolver):
         return terms.vf(t0, y0, args)
 
 
+@takes(substeps=whole(1), linear_part=None, lengths=None)
 class ETD4RK(AbstractExponential):
     """Krogstad's fourth-order exponential Runge-Kutta method, at constant steps.
 
@@ -218,6 +221,7 @@ class ExponentialAdams(AbstractExponential):
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
 
+    @takes(linear_part=None, lengths=None)
     def __init__(
         self,
         order: int = 6,
@@ -226,9 +230,8 @@ class ExponentialAdams(AbstractExponential):
         lengths=None,
         exact_rows: int = 0,
     ):
-        if order not in range(2, 8):
-            raise ValueError(f"Argument `order` must be 2 to 7, but is {order}")
-        self.order_, self.substeps = order, substeps
+        self.order_ = whole(2, 7)(order, "order")
+        self.substeps = whole(1)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
     def order(self, terms):

@@ -11,9 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive, whole
 from ..drive.motion import AbstractMotion
 from ..drive.schedule import AbstractSchedule
 from ..errors import InputError
+from ..gate import takes
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
@@ -58,6 +60,13 @@ def bucket(substeps: float) -> int:
     return 64 * math.ceil(substeps / 64 - 1e-9)
 
 
+@takes(
+    t_end=positive("s"),
+    sample_rate=positive("Hz"),
+    speed=number("rad/s"),
+    tolerance=number(above=0.0, below=1.0),
+    order=whole(2, 7),
+)
 def plan(
     machine: Machine,
     t_end: float,

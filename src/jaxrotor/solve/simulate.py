@@ -10,7 +10,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..arguments import number, positive
 from ..errors import InputError
+from ..gate import either, takes
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
@@ -46,6 +48,14 @@ _PLANS = 4
 Initial = Literal["static", "running", "steady", "undeformed"]
 
 
+@takes(
+    t_end=positive("s"),
+    step=either(Plan, positive("s")),
+    sample_rate=positive("Hz"),
+    solver=None,
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+)
 def simulate(
     machine: Machine,
     t_end: float,
@@ -86,7 +96,7 @@ def simulate(
     require_x64()
     check_solver(machine, solver, step, rtol, atol)
     machine.check()
-    count = sample_count(t_end, sample_rate)
+    count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
     speed = initial_speed(machine, initial, speed)
     words = initial if isinstance(initial, str) else "given state"
     interval = jnp.asarray(1.0 / sample_rate, float)

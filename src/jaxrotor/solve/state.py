@@ -1,6 +1,5 @@
 """The state of a machine as its user sees it: stations in the order of the machine."""
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -8,9 +7,10 @@ from jaxtyping import Array, Float
 from ..kinematics import from_turning, to_turning
 from ..machine.field import Reference, initial_states, pack, unpack
 from ..machine.system import System
+from ..part import Part
 
 
-class State(eqx.Module):
+class State(Part):
     """Coordinates and rates of every station, in the machine's order (`machine.wiring.stations`).
 
     - `position`: (n, 6), m and rad: x, y, z, psi, theta, phi.

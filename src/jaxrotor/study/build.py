@@ -13,6 +13,7 @@ import equinox as eqx
 
 from ..errors import InputError
 from ..parameter import problems, straight_unit
+from ..part import option_checks
 from ..units import example, read, shown
 from .faults import Faults, guess
 from .kinds import find_kind, public_constants, public_kinds
@@ -126,11 +127,23 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
     for kind, words in ((bool, "true or false"), (int, "a whole number"), (str, "a text")):
         if kind in options:
             if isinstance(value, kind) and (kind is bool or not isinstance(value, bool)):
-                return value
+                return _within(cls, field, value, context)
             return context.fault(field.name, f"must be {words}, but is {shown(value)}: correct it")
     return context.fault(
         field.name, "cannot be given in a study file: leave it out, or build the machine in Python"
     )
+
+
+def _within(cls: type, field: dataclasses.Field, value: Any, context: Context) -> Any:
+    """The option, where it lies within what the class allows."""
+    check, _ = option_checks(cls).get(field.name, (None, False))
+    if check is None:
+        return value
+    try:
+        return check(value, field.name)
+    except InputError as error:
+        predicate = str(error).removeprefix(f"{field.name} ")
+        return context.fault(field.name, f"{predicate}: correct it")
 
 
 def _read_number(field: dataclasses.Field, value: Any, context: Context) -> Any:

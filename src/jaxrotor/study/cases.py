@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from ..errors import InputError
 from ..inverse.bench import Bench
 from ..measure.read import read_columns
@@ -128,14 +129,11 @@ def _sample(table: dict, drawn: Sequence[Swept], faults: Faults) -> Cases | None
 
 
 def whole(table: dict, key: str, least: int, faults: Faults, default: int = 1) -> int:
-    value = table.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        faults.add(
-            "sweep",
-            f"{key} must be a whole number, {least} at least, but is {shown(value)}: correct it",
-        )
+    try:
+        return arguments.whole(least)(table.get(key, default), key)
+    except InputError as error:
+        faults.add("sweep", f"{error}: correct it")
         return max(default, least)
-    return value
 
 
 def _correlations(tables: Any, paths: list[str], faults: Faults) -> dict[tuple[str, str], float]:

@@ -1,6 +1,5 @@
 """What a study minimises and bounds: [[optimize.objective]] and [[optimize.constraints]]."""
 
-import dataclasses
 import operator
 from pathlib import Path
 from typing import Any
@@ -35,13 +34,8 @@ class CriteriaReader:
     ):
         self.machine, self.settings, self.folder, self.faults = machine, settings, folder, faults
         self.varied = variations is not None
-        given = settings.arguments()
-        own = {f.name for f in dataclasses.fields(Transient)}  # pyright: ignore[reportArgumentType]
-        self.left_out = [key for key in given if key not in own]
-        kept = {key: value for key, value in given.items() if key in own}
-        self.run = Transient(**kept, variations=variations)
+        self.run = Transient(**settings.arguments(), variations=variations)
         self.built = AsBuilt(variations)
-        self.runs = False  # whether a measure looks at the run
 
     def objective(self, tables: Any) -> Criterion | None:
         parts = []
@@ -105,7 +99,6 @@ class CriteriaReader:
         if unit is None:
             return None, ""
         if isinstance(measure, AbstractMeasure):
-            self.runs = True
             return self.run.measure(measure, over), unit
         return self.built.measure(measure, over), unit
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files import folder_written_whole, save_json
+from ..files import check_folder, folder_written_whole, save_json
 from ..inverse.identification import Identification
 from ..inverse.identify import identify
-from ..inverse.profile import profiles
+from ..inverse.profile import Profile, profiles
 from ..inverse.trial import Trial
 from ..measure.read import read_record
 from .options import study_name
@@ -16,7 +16,7 @@ from .study import Study
 from .written import save_figure
 
 # Settings of [simulation] that the runs to be met share.
-_OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver")
+_OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver", "rtol", "atol")
 
 
 def identify_study(study: Study, progress: bool | None = None) -> Identification:
@@ -41,17 +41,39 @@ def identify_study(study: Study, progress: bool | None = None) -> Identification
 
 def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> int:
     """Estimates, figures, a machine-readable result, and the study with the identified values."""
+    folder = out if out is not None else Path("results") / f"{study.name}_identify"
+    check_folder(folder, force)  # before the search, which may take long
+    found = identify_study(study, progress=False if quiet else None)
+    assert study.identify is not None
+    curves: dict[str, Profile] = {}
+    by_profile = _write(study, found, curves, folder, force)
+    if study.identify.profile and not found.interrupted:
+        blind = {path for direction in found.blind for path in direction}
+        seen = [path for path in found.paths if path not in blind]
+        try:
+            curves = profiles(found, seen, progress=False if quiet else None)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"the estimates are in {folder}/, without profiles") from None
+        by_profile = _write(study, found, curves, folder, True)
+    if not quiet:
+        print(found)
+    if by_profile and not quiet:
+        print("95 % intervals by profile, which are right where they differ from those above:")
+        for (path, (low, high)), curve in zip(by_profile.items(), curves.values()):
+            print(
+                f"{path:{max(map(len, by_profile))}}  {low:.6g} to {high:.6g} {curve.unit}".rstrip()
+            )
+    print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    return 0
+
+
+def _write(
+    study: Study, found: Identification, curves: dict[str, Profile], folder: Path, force: bool
+) -> dict[str, tuple[float, float]]:
+    """Everything that is known so far, into the folder; returns the intervals by profile."""
     from ..plot import channel_fits, correlations, costs, profile_curves
     from .save import save_study
 
-    found = identify_study(study, progress=False if quiet else None)
-    folder = out if out is not None else Path("results") / f"{study.name}_identify"
-    assert study.identify is not None
-    curves = {}
-    if study.identify.profile:
-        blind = {path for direction in found.blind for path in direction}
-        seen = [path for path in found.paths if path not in blind]
-        curves = profiles(found, seen, progress=False if quiet else None)
     reach = found.knowledge.quantile(0.95)
     by_profile = {path: curve.interval(reach) for path, curve in curves.items()}
     with folder_written_whole(folder, force) as part:
@@ -65,13 +87,4 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
             finite = [x if np.isfinite(x) else None for x in ends]
             summary["parameters"][path]["interval_95_by_profile"] = finite
         save_json(part / "summary.json", summary)
-    if not quiet:
-        print(found)
-    if by_profile and not quiet:
-        print("95 % intervals by profile, which are right where they differ from those above:")
-        for (path, (low, high)), curve in zip(by_profile.items(), curves.values()):
-            print(
-                f"{path:{max(map(len, by_profile))}}  {low:.6g} to {high:.6g} {curve.unit}".rstrip()
-            )
-    print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
-    return 0
+    return by_profile

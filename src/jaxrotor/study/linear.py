@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arguments import whole
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
 from .options import RPM, positive, reach_of, speed_of, study_name
@@ -74,8 +75,7 @@ def run_campbell(
 
     machine = study.machine
     reach = reach_of(study, top)
-    if points < 2:
-        raise InputError(f"`--points`: must be two at least, but is {points}")
+    whole(2, 1_000_000)(points, "`--points`:")
     if not orders or not all(order > 0 for order in orders):
         raise InputError("`--orders`: must be positive numbers, such as --orders 1,2")
     speeds = np.linspace(0.0, reach, points)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..arguments import whole
 from ..design.criterion import Constraint, Criterion
 from ..design.variations import Variations
 from ..errors import InputError
@@ -96,11 +97,6 @@ def read_optimize(table: Any, machine: Machine, settings: Simulation, folder: Pa
     reader.varied = "variations" in table  # or meant to be
     objective = reader.objective(table.get("objective", []))
     constraints = reader.constraints(table.get("constraints", []))
-    if reader.runs and reader.left_out:
-        faults.add(
-            "optimize",
-            f"the runs of a design take no {' and no '.join(reader.left_out)}: remove it from [simulation]",
-        )
     if faults.sentences or objective is None:
         raise InputError(*faults.sentences)
     return Optimize(unknowns, objective, constraints, starts, options)
@@ -156,12 +152,7 @@ def _starts(
 def _options(table: dict, faults: Faults) -> dict[str, Any]:
     options: dict[str, Any] = {}
     if "iterations" in table:
-        count = table["iterations"]
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            faults.add(
-                "optimize", f"iterations must be a whole number, 1 at least, but is {shown(count)}"
-            )
-        options["iterations"] = count
+        options["iterations"] = _whole(table, "iterations", "optimize", 1, faults)
     if "tolerance" in table:
         value = table["tolerance"]
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < 1:
@@ -170,6 +161,14 @@ def _options(table: dict, faults: Faults) -> dict[str, Any]:
     if "optimiser" in table:
         options["optimiser"] = read_optimiser(table["optimiser"], faults)
     return options
+
+
+def _whole(table: dict, key: str, place: str, least: int, faults: Faults) -> int:
+    try:
+        return whole(least)(table[key], key)
+    except InputError as error:
+        faults.add(place, f"{error}: correct it")
+        return least
 
 
 def _variations(table: Any, machine: Machine, faults: Faults) -> Variations | None:
@@ -182,13 +181,8 @@ def _variations(table: Any, machine: Machine, faults: Faults) -> Variations | No
     spread = table.get("spread", 0.2)
     if isinstance(spread, bool) or not isinstance(spread, (int, float)):
         faults.add(place, f"spread must be a number, but is {shown(spread)}: give 0.2 for 20 %")
-    for key in ("count", "seed"):
-        value = table.get(key, 2)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            faults.add(
-                place,
-                f"{key} must be a whole number, not negative, but is {shown(value)}: correct it",
-            )
+    for key, least in (("count", 2), ("seed", 0)):
+        _whole({key: 2} | table, key, place, least, faults)
     paths = table.get("paths")
     if paths is not None and not (
         isinstance(paths, list) and paths and all(isinstance(path, str) for path in paths)

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
+from ..arguments import whole
 from ..errors import InputError
 from ..units import read
 
@@ -48,6 +49,4 @@ def study_name(study: "Study") -> str:
 
 
 def positive(count: int, option: str) -> int:
-    if count < 1:
-        raise InputError(f"`{option}`: must be one at least, but is {count}")
-    return count
+    return whole(1, 1_000_000)(count, f"`{option}`:")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arguments import whole
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
 from .options import RPM, names_of, reach_of, speed_of, study_name
@@ -34,8 +35,7 @@ def run_response(
     from ..plot.response import bode, polar
 
     machine = study.machine
-    if points < 2:
-        raise InputError(f"`--points`: must be two at least, but is {points}")
+    whole(2, 1_000_000)(points, "`--points`:")
     names = names_of(outputs) if outputs else _watched(study)
     reach = reach_of(study, top)
     grid = np.linspace(0.0, reach, points + 1)[1:]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from ..arguments import whole
 from ..errors import InputError
 from ..inverse.bench import Bench
 from ..units import shown
@@ -166,9 +167,8 @@ def read_range(
         if key in table
     ]
     points = table.get("points", 2)
-    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
-        faults.add(
-            place,
-            f"{prefix}points must be a whole number, 2 at least, but is {shown(points)}: correct it",
-        )
+    try:
+        whole(2)(points, f"{prefix}points")
+    except InputError as error:
+        faults.add(place, f"{error}: correct it")
     return None if len(faults.sentences) > before else np.linspace(ends[0], ends[1], points)

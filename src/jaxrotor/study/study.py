@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..arguments import path
 from ..document import read_document
 from ..errors import InputError
+from ..gate import takes
 from ..machine import Machine
 from ..parameter import require_x64
 from ..protocol import AbstractPrescribed, AbstractStation
@@ -68,6 +70,7 @@ class Study:
         return jaxrotor.simulate(self.machine, **self.settings.arguments(), progress=progress)
 
 
+@takes(path=path)
 def load(path: str | Path, run: bool = True) -> Study:
     """Reads and checks a study file (TOML). `run`: whether it must have a [simulation], which linear analysis
     does without.

@@ -1,12 +1,14 @@
 """Which machines a sweep runs: a table of parameters, a row for each."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 from scipy import stats
 
+from ..arguments import choice, mapping, real_array, short, whole
 from ..errors import InputError
 
 Method = Literal["sobol", "latin", "random"]
@@ -23,11 +25,7 @@ class Cases:
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
-        if not isinstance(self.values, Mapping):
-            raise InputError(
-                "cases: must be a mapping from paths to lists of numbers, such as "
-                f"{{'main.mass': [5.9, 6.1]}}, or Cases, but are {self.values!r}"
-            )
+        mapping(self.values, "cases")
         values = {path: _column(path, value) for path, value in self.values.items()}
         object.__setattr__(self, "values", values)
         if not values:
@@ -47,9 +45,9 @@ class Cases:
     @classmethod
     def grid(cls, axes: Mapping[str, Any]) -> "Cases":
         """Every combination; the last axis runs fastest."""
-        if not isinstance(axes, Mapping):
-            raise InputError(f"axes: must be a mapping from paths to values, but are {axes!r}")
+        mapping(axes, "axes")
         named = {path: _column(path, value) for path, value in axes.items()}
+        whole(1)(math.prod(x.size for x in named.values()), "axes: the number of combinations")
         mesh = np.meshgrid(*named.values(), indexing="ij") if named else []
         values = {path: x.ravel() for path, x in zip(named, mesh)}
         words = " x ".join(str(x.size) for x in named.values())
@@ -71,14 +69,13 @@ class Cases:
         copula: of normal distributions it is their own. Raises `InputError` for what is no distribution, and
         for correlations that no distribution has. Source: Nelsen, An Introduction to Copulas (2006).
         """
-        count = _count(count)
+        count, seed = whole(1)(count, "count"), whole()(seed, "seed")
+        choice("sobol", "latin", "random")(method, "method")
         if not isinstance(distributions, Mapping) or not distributions:
             raise InputError(
                 "distributions: must be a mapping from paths to distributions, such as "
-                f"{{'main.mass': scipy.stats.norm(6.0, 0.1)}}, but are {distributions!r}"
+                f"{{'main.mass': scipy.stats.norm(6.0, 0.1)}}, but are {short(distributions)}"
             )
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-            raise InputError(f"seed must be a whole number, 0 at least, but is {seed!r}")
         for path, one in distributions.items():
             # one that is not frozen has a `ppf` too, of its standard form
             if not hasattr(one, "ppf") or isinstance(one, stats.rv_continuous | stats.rv_discrete):
@@ -99,7 +96,7 @@ class Cases:
     def tied(self, ties: Mapping[str, str]) -> "Cases":
         """With further parameters that follow one that is swept: `{"right.stiffness[0]":
         "left.stiffness[0]"}`."""
-        for new, old in ties.items():
+        for new, old in mapping(ties, "ties").items():
             if old not in self.values:
                 raise InputError(f"`{new}`: follows `{old}`, which is not swept")
             if new in self.values:
@@ -113,10 +110,9 @@ def as_cases(parameters: Any) -> Cases:
 
 
 def _column(path: str, value: Any) -> np.ndarray:
-    try:
-        found = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise InputError(f"cases: `{path}` must be a list of numbers, but is {value!r}") from None
+    found = real_array(value)
+    if found is None:
+        raise InputError(f"cases: `{path}` must be a list of numbers, but is {short(value)}")
     if found.ndim != 1 or not found.size:
         raise InputError(
             f"cases: `{path}` must be a list of numbers, but has the shape {found.shape}"
@@ -127,12 +123,6 @@ def _column(path: str, value: Any) -> np.ndarray:
     return found
 
 
-def _count(count: Any) -> int:
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"count must be a whole number, 1 at least, but is {count!r}")
-    return count
-
-
 def _scores(d: int, count: int, method: str, seed: int) -> np.ndarray:
     """Standard normal numbers (count, d)."""
     if method == "sobol":
@@ -141,10 +131,8 @@ def _scores(d: int, count: int, method: str, seed: int) -> np.ndarray:
         drawn = whole[:count]
     elif method == "latin":
         drawn = stats.qmc.LatinHypercube(d, rng=seed).random(count)
-    elif method == "random":
-        drawn = np.random.default_rng(seed).random((count, d))
     else:
-        raise InputError(f'method must be "sobol", "latin" or "random", but is {method!r}')
+        drawn = np.random.default_rng(seed).random((count, d))
     return stats.norm.ppf(np.clip(drawn, _TINY, 1 - _TINY))
 
 

@@ -9,20 +9,26 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import whole
 from ..design.machine_measures import AbstractMachineMeasure
 from ..design.measure import AbstractMeasure, AbstractSignalMeasure, Seen, see
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.quantities import Signal
 from ..measure.sensor import AbstractSensor, Tachometer
-from ..parameter import parameter
+from ..parameter import parameter, problems
+from ..part import Part, option
 
 
-class TimeSeries(eqx.Module):
+class TimeSeries(Part):
     """What a sensor sees, every `every`-th sample of it."""
 
     sensor: AbstractSensor
-    every: int = eqx.field(static=True, default=1)
+    every: int = option(whole(1), default=1)
+
+    def __check_init__(self):
+        if found := list(problems(self, "TimeSeries")):
+            raise InputError(*found)
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return (self.sensor,)
@@ -31,13 +37,21 @@ class TimeSeries(eqx.Module):
         return see(response, self.sensor)[:: self.every]
 
 
-class OverSpeed(eqx.Module):
+class OverSpeed(Part):
     """The largest |signal| within each of the ranges of speed between `edges` (k + 1, rad/s, rising) of the
     station `speed_of`; NaN where the speed never is."""
 
     sensor: AbstractSensor
     speed_of: str = eqx.field(static=True)
     edges: Float[Array, " k1"] = parameter("rad/s", shapes=((None,),))
+
+    def __check_init__(self):
+        if found := list(problems(self, "OverSpeed")):
+            raise InputError(*found)
+
+    def faults(self):
+        if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0):
+            yield f"edges must be two rising speeds at least, but are {self.edges.tolist()} rad/s"
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return self.sensor, Tachometer(self.speed_of)

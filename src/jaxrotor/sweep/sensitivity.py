@@ -11,7 +11,9 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from ..arguments import mapping, number, positive, whole
 from ..errors import InputError
+from ..gate import takes
 from ..inverse.bench import Bench
 from ..machine.machine import Machine
 from ..solve.simulate import with_count
@@ -51,6 +53,9 @@ def sobol_cases(distributions: Mapping[str, Any], count: int, seed: int = 0) -> 
     return Cases(columns, f"Saltelli's design of {count} Sobol points, seed {seed}")
 
 
+@takes(
+    distributions=mapping, outputs=mapping, count=whole(1), confidence=number(above=0.0, below=1.0)
+)
 def sobol_indices(
     machine: Machine,
     distributions: Mapping[str, Any],
@@ -180,6 +185,16 @@ def _standardised(ranks: np.ndarray) -> tuple[np.ndarray, float] | None:
     return fit, float(1 - np.mean((z[:, -1] - z[:, :-1] @ fit) ** 2))
 
 
+@takes(
+    parameters=None,
+    outputs=mapping,
+    t_end=positive("s"),
+    speed=number("rad/s"),
+    sample_rate=positive("Hz"),
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+    chunk=whole(1),
+)
 def local_slopes(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],

@@ -13,7 +13,9 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from ..arguments import mapping, number, path, positive, whole
 from ..errors import InputError
+from ..gate import either, takes
 from ..machine.machine import Machine
 from ..parameter import require_x64
 from ..solve.adaptive import solver_for
@@ -33,6 +35,18 @@ from .planning import NO_STEP, Steps, row_of, steps_of
 from .store import Kept, Store
 
 
+@takes(
+    parameters=None,
+    outputs=mapping,
+    t_end=positive("s"),
+    step=either(Plan, positive("s")),
+    speed=number("rad/s"),
+    sample_rate=positive("Hz"),
+    rtol=number(above=0.0, below=1.0),
+    atol=positive(),
+    store=path,
+    chunk=whole(1),
+)
 def sweep(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
