@@ -1,5 +1,6 @@
 """Sweeps in memory: every member is the run that `simulate` would have made of it."""
 
+import warnings
 from types import SimpleNamespace
 
 import diffrax
@@ -100,8 +101,11 @@ def single(machine, values, row, outputs, **run):
 
 @pytest.fixture(scope="module")
 def singles(machine, plan):
-    """Of `SHARED`; the step is the same for all."""
-    return [single(machine, SHARED, row, OUTPUTS, step=plan) for row in range(7)]
+    """Of `SHARED`; the step is the same for all, and one of them says that it is long for it (rightly: its
+    error is 9e-5 of the peak)."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the run's own estimate of its error")
+        return [single(machine, SHARED, row, OUTPUTS, step=plan) for row in range(7)]
 
 
 def assert_alike(found, expected, row, rtol=1e-9):
