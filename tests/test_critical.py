@@ -234,3 +234,37 @@ def test_curves_that_touch_the_line_and_turn_back():
 def test_wrong_questions(options, words):
     with pytest.raises(jr.InputError, match=words):
         jr.critical_speeds(two_discs(1.0), **options)
+
+
+def test_campbell_at_negative_speeds_and_names_of_nearly_straight_whirl():
+    """A disc whose planes differ hardly in tilting, by much along x and y: turned backwards, the diagram
+    is the mirror image; straight orbits are mixed in `modes` and in `campbell`, whatever the sign of their
+    whirl."""
+    stiffness = [1e4, 9e4, 1e5, 400.0, 400.0, 0.0]
+    machine = jr.Machine.in_line(
+        {"d": jr.Rotor(1.0, 0.01, 0.006)}, attachments={"s": (jr.LinearSupport(stiffness), "d")}
+    )
+    speeds = np.array([-400.0, -300.0, -150.0, 0.0])
+    back = jr.campbell(machine, speeds, at="undeformed")
+    ahead = jr.campbell(machine, -speeds[::-1], at="undeformed")
+    assert (
+        back.names
+        == ahead.names
+        == (
+            "1 backward",
+            "1 mixed",
+            "2 mixed",
+            "axial 1",
+            "1 forward",
+        )
+    )
+    np.testing.assert_allclose(back.frequencies, ahead.frequencies[::-1], rtol=1e-9)
+    np.testing.assert_allclose(back.whirl[:3], ahead.whirl[1:][::-1], atol=1e-6)
+    met, expected = back.crossings(), ahead.crossings()
+    assert set(met) == set(expected) == {"1 mixed", "1 backward", "2 mixed", "axial 1"}
+    for name, where in met.items():
+        np.testing.assert_allclose(where, -np.array(expected[name][::-1]), rtol=1e-6)
+    assert met["2 mixed"] == pytest.approx([-300.0])  # on a speed of the list itself: sqrt(9e4)
+    assert [m.name for m in jr.modes(jr.linearize(machine, -400.0, "undeformed"))] == list(
+        back.names
+    )
