@@ -81,7 +81,6 @@ def named():
         "planes as text": lambda: jr.Unbalance(1e-5).in_planes("ab", 1.0, 1.0, 0.5),
         "order of a solver": lambda: jr.ExponentialAdams(order=9),
         "half an order": lambda: jr.ExponentialAdams(order=2.5),
-        "no substeps": lambda: jr.ExponentialAdams(substeps=0),
         "substeps of text": lambda: jr.ETD4RK(substeps="3"),
         "misspelt solver option": lambda: jr.ExponentialAdams(oder=6),
         "stage of nothing": lambda: jr.Stage(None),

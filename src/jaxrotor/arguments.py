@@ -21,6 +21,8 @@ Check = Callable[[Any, str], Any]
 
 # No list of so many points, cases or draws is meant: it would not fit into memory.
 MANY = 10_000_000
+# Of what costs nothing, such as a seed.
+LARGEST = 2**62
 
 
 def short(value: Any) -> str:
@@ -81,7 +83,8 @@ def number(
         else:
             found = value
         if not is_number(found):
-            raise InputError(f"{place} must be one number{inside}, but is {short(value)}")
+            one = "one" if isinstance(found, (list, tuple, np.ndarray)) else "a"
+            raise InputError(f"{place} must be {one} number{inside}, but is {short(value)}")
         try:
             found = float(found)
         except (OverflowError, ValueError, TypeError):
@@ -219,10 +222,12 @@ def whole(least: int = 0, most: int = MANY) -> Check:
     """A whole number from `least` to `most`."""
 
     def check(value: Any, place: str) -> int:
+        number = isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.bool_))
         words = f"a whole number from {least} to {most}"
-        if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
-            raise InputError(f"{place} must be {words}, but is {short(value)}")
-        if not least <= value <= most:
+        if most >= MANY:
+            high = number and value > most
+            words = f"a whole number, {f'{most} at most' if high else f'{least} at least'}"
+        if not number or not least <= value <= most:
             raise InputError(f"{place} must be {words}, but is {short(value)}")
         return int(value)
 
@@ -275,10 +280,12 @@ def names(value: Any, place: str) -> Any:
 def mapping(value: Any, place: str) -> Any:
     """A dict whose keys are names."""
     if not isinstance(value, Mapping):
-        raise InputError(f"{place} must be a dict, but is {short(value)}")
+        raise InputError(f"{place} must be a mapping, but is {short(value)}")
     for key in value:
         if not isinstance(key, str):
-            raise InputError(f"{place} must be a dict of names, but one is {short(key)}: quote it")
+            raise InputError(
+                f"{place} must be a mapping of names, but one is {short(key)}: quote it"
+            )
     return value
 
 

@@ -9,12 +9,23 @@ from typing import Any, ParamSpec, TypeVar
 
 from jaxtyping import AbstractArray
 
-from .arguments import Check, choice, flag, mapping, nearest, number, short, some_text, whole
+from .arguments import (
+    LARGEST,
+    Check,
+    choice,
+    flag,
+    mapping,
+    nearest,
+    number,
+    short,
+    some_text,
+    whole,
+)
 from .errors import InputError
 
 P, R = ParamSpec("P"), TypeVar("R")
 
-_PLAIN: dict[Any, Check] = {bool: flag, int: whole(), float: number(), str: some_text}
+_PLAIN: dict[Any, Check] = {bool: flag, int: whole(0, LARGEST), float: number(), str: some_text}
 
 
 def either(kinds: type | tuple[type, ...], other: Check) -> Check:

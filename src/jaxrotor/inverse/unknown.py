@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import listed, mapping, number, numbers, positive, text
+from ..arguments import listed, mapping, number, numbers, positive, some_text, text
 from ..errors import InputError
 from ..gate import takes
 
@@ -18,7 +18,7 @@ Kind = Literal["free", "positive", "bounded", "circular"]
 
 
 @takes(
-    path=text,
+    path=some_text,
     start=number(),
     bounds=numbers(size=2),
     prior=numbers(size=2),

@@ -137,7 +137,7 @@ class AbstractExponential(diffrax.AbstractSolver):
         return terms.vf(t0, y0, args)
 
 
-@takes(substeps=whole(1), linear_part=None, lengths=None)
+@takes(substeps=whole(0), linear_part=None, lengths=None)
 class ETD4RK(AbstractExponential):
     """Krogstad's fourth-order exponential Runge-Kutta method, at constant steps.
 
@@ -231,7 +231,7 @@ class ExponentialAdams(AbstractExponential):
         exact_rows: int = 0,
     ):
         self.order_ = whole(2, 7)(order, "order")
-        self.substeps = whole(1)(substeps, "substeps")
+        self.substeps = whole(0)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
     def order(self, terms):

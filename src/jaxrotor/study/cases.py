@@ -129,8 +129,9 @@ def _sample(table: dict, drawn: Sequence[Swept], faults: Faults) -> Cases | None
 
 
 def whole(table: dict, key: str, least: int, faults: Faults, default: int = 1) -> int:
+    most = arguments.LARGEST if key == "seed" else arguments.MANY
     try:
-        return arguments.whole(least)(table.get(key, default), key)
+        return arguments.whole(least, most)(table.get(key, default), key)
     except InputError as error:
         faults.add("sweep", f"{error}: correct it")
         return max(default, least)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import whole
+from ..arguments import LARGEST, MANY, whole
 from ..design.criterion import Constraint, Criterion
 from ..design.variations import Variations
 from ..errors import InputError
@@ -165,7 +165,7 @@ def _options(table: dict, faults: Faults) -> dict[str, Any]:
 
 def _whole(table: dict, key: str, place: str, least: int, faults: Faults) -> int:
     try:
-        return whole(least)(table[key], key)
+        return whole(least, LARGEST if key == "seed" else MANY)(table[key], key)
     except InputError as error:
         faults.add(place, f"{error}: correct it")
         return least

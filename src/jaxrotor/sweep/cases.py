@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy import stats
 
-from ..arguments import choice, mapping, real_array, short, whole
+from ..arguments import LARGEST, choice, mapping, real_array, short, whole
 from ..errors import InputError
 
 Method = Literal["sobol", "latin", "random"]
@@ -25,7 +25,7 @@ class Cases:
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
-        mapping(self.values, "cases")
+        mapping(self.values, "cases:")
         values = {path: _column(path, value) for path, value in self.values.items()}
         object.__setattr__(self, "values", values)
         if not values:
@@ -69,7 +69,7 @@ class Cases:
         copula: of normal distributions it is their own. Raises `InputError` for what is no distribution, and
         for correlations that no distribution has. Source: Nelsen, An Introduction to Copulas (2006).
         """
-        count, seed = whole(1)(count, "count"), whole()(seed, "seed")
+        count, seed = whole(1)(count, "count"), whole(0, LARGEST)(seed, "seed")
         choice("sobol", "latin", "random")(method, "method")
         if not isinstance(distributions, Mapping) or not distributions:
             raise InputError(
