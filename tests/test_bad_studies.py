@@ -1,4 +1,4 @@
-"""Mutated studies: quantities and keys of the paper's study spoiled one by one; every one is refused at once."""
+"""Mutated studies: quantities and keys of the paper's study spoiled one by one; each is refused at once."""
 
 import copy
 import random

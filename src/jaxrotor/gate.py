@@ -5,7 +5,7 @@ import inspect
 import types
 import typing
 from collections.abc import Callable, Mapping
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 from jaxtyping import AbstractArray
 
@@ -23,7 +23,8 @@ from .arguments import (
 )
 from .errors import InputError
 
-P, R = ParamSpec("P"), TypeVar("R")
+# A class or a function: what goes in comes out.
+Gated = TypeVar("Gated")
 
 _PLAIN: dict[Any, Check] = {bool: flag, int: whole(0, LARGEST), float: number(), str: some_text}
 
@@ -105,12 +106,12 @@ def bound(place: str, signature: inspect.Signature, args: tuple, kwargs: dict):
         raise InputError(f"`{place}`: {words}: write {place}({', '.join(known)})") from None
 
 
-def takes(**checks: Check | None) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def takes(**checks: Check | None) -> Callable[[Gated], Gated]:
     """A public function (or dataclass) whose arguments are checked before anything runs: each by its entry
     here (`None`: the function itself looks at it), else by its type hint. `None` passes where it is the
     default."""
 
-    def gate(function: Callable[P, R]) -> Callable[P, R]:
+    def gate(function: Any) -> Any:
         if isinstance(function, type):
             function.__init__ = gate(function.__init__)
             return function
@@ -124,7 +125,7 @@ def takes(**checks: Check | None) -> Callable[[Callable[P, R]], Callable[P, R]]:
             return {name: c for name, c in (found | checks).items() if c is not None}
 
         @functools.wraps(function)
-        def gated(*args: P.args, **kwargs: P.kwargs) -> R:
+        def gated(*args: Any, **kwargs: Any) -> Any:
             given = bound(place, signature, args, kwargs)
             known = by_name()
             for name, value in given.arguments.items():

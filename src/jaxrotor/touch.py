@@ -41,8 +41,13 @@ _ROUNDED = 0.5
 
 
 def _damped(
-    u: Scalar, u_t: Scalar, spring: Scalar, damping: Scalar, hysteresis: Scalar, width: Scalar
-):
+    u: Scalar,
+    u_t: Scalar,
+    spring: Scalar,
+    damping: Scalar | float,
+    hysteresis: Scalar | float,
+    width: Scalar,
+) -> Array:
     """What the damping adds to the spring's push: at most it takes all of that away."""
     added = (damping * contact(u, width) + hysteresis * spring) * u_t
     return depth(spring + added, jnp.where(width > 0, _ROUNDED * spring, 0.0)) - spring

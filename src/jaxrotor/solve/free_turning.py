@@ -54,8 +54,9 @@ def turning_at_rest(system: System) -> Turning | None:
     values, vectors = jnp.linalg.eigh(S / size / size[:, None])
     loose = jnp.where(jnp.abs(values) <= _HELD * jnp.max(jnp.abs(values)), vectors, 0.0)
     loose = loose / size[:, None]
-    place = np.zeros((free.size, at.size))
-    place[turning.nonzero()[0], np.arange(at.size)] = 1.0
+    into = np.zeros((free.size, at.size))
+    into[turning.nonzero()[0], np.arange(at.size)] = 1.0
+    place = jnp.asarray(into)
     return Turning(place @ (loose @ jnp.linalg.pinv(loose)) @ place.T, place @ far @ place.T)
 
 
