@@ -52,8 +52,9 @@ class _Gated(type(eqx.Module)):
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:  # noqa: N805
         if inspect.isabstract(cls):
             return super().__call__(*args, **kwargs)  # which refuses it
-        given = bound(cls.__name__, _signature(cls), args, kwargs)
-        for name, (check, optional) in option_checks(cls).items():
+        kind: Any = cls  # a class, which pyright does not take for hashable
+        given = bound(cls.__name__, _signature(kind), args, kwargs)
+        for name, (check, optional) in option_checks(kind).items():
             if name in given.arguments and not (given.arguments[name] is None and optional):
                 try:
                     given.arguments[name] = check(given.arguments[name], name)

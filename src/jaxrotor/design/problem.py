@@ -101,7 +101,7 @@ def _same(a: AbstractExperiment, b: AbstractExperiment) -> bool:
     if a is b:
         return True
     alike = type(a) is type(b) and not jax.tree.leaves((a, b))
-    return alike and a == b
+    return bool(alike and a == b)
 
 
 def in_parts(vector: np.ndarray, sizes: Sequence[int]) -> list[np.ndarray]:

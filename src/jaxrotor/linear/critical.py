@@ -189,7 +189,8 @@ def _damped(machine, rest, order, at, low, high, whirl, count) -> _Found:
     def curves(speed: float) -> np.ndarray:
         A = np.asarray(linearize_checked(still, jnp.asarray(speed), at).A)
         # overdamped motions count as zero; conjugates do not count
-        return np.sort(np.maximum(scipy.linalg.eigvals(A).imag, 0.0))[-size:] / times
+        values: Any = scipy.linalg.eigvals(A)
+        return np.sort(np.maximum(np.imag(values), 0.0))[-size:] / times
 
     values: list[Array] = []
     before = 0.0
@@ -212,7 +213,7 @@ def _seen(model: LinearModel, frequency: float, turn: int) -> tuple[str, float]:
     """Kind and whirl of the mode of that frequency, of several there one after the other."""
     found, shapes = lowest(model)
     shares, sense = describe(model, told_apart(model, found, shapes))
-    near = np.argsort(np.abs(found.imag - frequency), kind="stable")[turn]
+    near = np.argsort(np.abs(np.imag(found) - frequency), kind="stable")[turn]
     each = {name: float(share[near]) for name, share in shares.items()}
     return max(each, key=lambda s: each[s]), float(sense[near])
 

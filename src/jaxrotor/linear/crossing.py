@@ -40,6 +40,8 @@ def crossings(
             cells += [(a, middle), (middle, b)]
             continue
         for k in np.flatnonzero(met):
-            where = brentq(lambda w, k=k: at(w)[k] - w, a, b, xtol=_NEAR * a, rtol=_NEAR)
+            where = brentq(
+                lambda w, k=k: at(w)[k] - w, a, b, xtol=_NEAR * a, rtol=np.float64(_NEAR)
+            )
             found.append((int(k), float(where)))  # pyright: ignore[reportArgumentType]
     return sorted(found, key=lambda f: f[1])

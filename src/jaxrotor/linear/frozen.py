@@ -140,16 +140,16 @@ def _gyroscopic(models: LinearModel) -> tuple[Float[Array, "n n"], Bool[Array, "
     return per_speed, jnp.any(changed)
 
 
-def _marks(labels: tuple[tuple[str, str], ...], sense: Array) -> tuple[np.ndarray, Array]:
+def _marks(labels: tuple[tuple[str, str], ...], sense: Array) -> tuple[Array, Array]:
     """What differs between axial, torsional, forward and backward motion (see `whirling`)."""
     kinds = np.array([{"z": 3.0, "phi": -3.0}.get(c, 0.0) for _, c in labels])
     form = whirl_form(labels, np.ones(len(labels)), np.ones(len(labels)))
-    return kinds, form * sense[:, None]
+    return jnp.asarray(kinds), jnp.asarray(form) * sense[:, None]
 
 
 def shares_and_whirl(frozen: Frozen) -> tuple[dict[str, Array], Array]:
     """Of each shape, where there is one: shares of kinetic energy, and the whirl, -1 to 1."""
     shapes = jnp.where(jnp.isfinite(frozen.speeds), frozen.shapes, 1.0)
     weight = jnp.abs(jnp.diagonal(frozen.M))
-    whirl = whirl_of(frozen.coordinates, weight, shapes, frozen.sense)
+    whirl = whirl_of(frozen.coordinates, weight, shapes, frozen.sense)  # pyright: ignore
     return shares_of(frozen.coordinates, frozen.M, shapes), whirl

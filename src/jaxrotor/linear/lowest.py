@@ -33,7 +33,7 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
     while True:
         if size <= _SMALL or 2 * wanted >= size:
             wanted = size
-        values, vectors = scipy.linalg.eig(A) if wanted == size else _near(A, shift, wanted)
+        values, vectors = _all(A) if wanted == size else _near(A, shift, wanted)
         # a motor's fluxes may swing where nothing moves: no mode of the machine
         moves = np.max(np.abs(vectors[:n]), axis=0, initial=0.0) > _MOVES
         up = np.flatnonzero(moves & oscillating(A, M, values, vectors))
@@ -50,6 +50,11 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
     shapes = vectors[:n, up]
     rows = np.argmax(np.abs(shapes), axis=0)
     return values[up], shapes / shapes[rows, np.arange(len(up))]
+
+
+def _all(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    values, vectors, *_ = scipy.linalg.eig(A)
+    return np.asarray(values), np.asarray(vectors)
 
 
 def _near(A: np.ndarray, shift: float, count: int) -> Any:

@@ -75,7 +75,11 @@ def massless(machine: "Machine") -> Iterator[str]:
         ]
         if any(isinstance(c, Carrying) for c, _ in beside):
             continue
-        added = [jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6] for c, end in beside]
+        added = [
+            jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6]
+            for c, end in beside
+            if isinstance(c, Massive)
+        ]
         if any(x.shape != (6,) for x in added):  # at too few places: `check_ends` says so
             continue
         inertia = known(sum(added, jnp.diagonal(own)))
@@ -85,8 +89,7 @@ def massless(machine: "Machine") -> Iterator[str]:
         if bare:
             yield (
                 f"`{name}`: has no inertia along {', '.join(bare)}, but moves there: give its "
-                f"AddedInertia some "
-                "(kg, kg*m^2), or hold these coordinates by `fixed`"
+                "AddedInertia some (kg, kg*m^2), or hold these coordinates by `fixed`"
             )
 
 
