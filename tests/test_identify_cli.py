@@ -1,6 +1,7 @@
 """`jaxrotor identify`: from a study and a CSV file to estimates, figures and a study that runs."""
 
 import json
+import re
 
 import jax
 import numpy as np
@@ -129,7 +130,7 @@ def test_from_file_to_file(place, capsys):
         (("circular = true", 'start = "3 mm"'), "entry 2: start.*must be in rad"),
         (("circular = true", "circular = 1"), "circular must be true or false"),
         (("circular = true", 'bounds = "3 rad"'), "bounds must be two quantities"),
-        (("turns = 4", "turns = 0.5"), "turns must be 1 or more"),
+        (("turns = 4", "turns = 0.5"), "stages`: .*turns must be 1 at least"),
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
         (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
@@ -155,10 +156,67 @@ def test_refused(place, capsys, change, words):
     assert main(["identify", "rig.toml"]) == 2
     said = capsys.readouterr().err
     assert "Traceback" not in said
-    import re
-
     assert re.search(words, said), said
     assert not (place / "results").exists()
+
+
+CSV = "t,X1\n" + "\n".join(f"{k},{k % 7}" for k in range(40))
+# what is wrong: in the study, in the record's description, in its table
+SOUND = ("", "")
+
+
+@pytest.mark.parametrize(
+    "study, record, table, words",
+    [
+        (('positive = true', 'start = "0 mm"\npositive = true'), SOUND, SOUND, "starts at 0"),
+        (("0.03 mm", "0 mm"), SOUND, SOUND, "eccentricity`: .* starts at 0: give `start`"),
+        (("positive = true", 'bounds = ["1 mm", "2 mm"]'), SOUND, SOUND, "not between its bounds"),
+        (("positive = true", 'bounds = ["2 mm", "1 mm"]'), SOUND, SOUND, "bounds must rise"),
+        (("positive = true", 'prior = ["1 mm", "0 mm"]'), SOUND, SOUND, "deviation of its prior"),
+        (("circular = true", 'circular = true\nbounds = ["-1 rad", "1 rad"]'), SOUND, SOUND, "one of pos"),
+        (('angle"\n', 'eccentricity"\n'), SOUND, SOUND, "is looked for twice"),
+        (('"support.stiffness[1]" = 1.0', '"support.stifness[1]" = 1.0'), SOUND, SOUND, "stifness"),
+        (('"support.stiffness[1]" = 1.0', '"disc.mass" = -1.0'), SOUND, SOUND, "disc.*mass must"),
+        (('station = "disc"', 'station = "support"'), SOUND, SOUND, "probe`: `support`: is no station"),
+        (('station = "disc"', 'station = "disk"'), SOUND, SOUND, "probe`: .*did you mean `disc`"),
+        (('["run.toml"]', '["walk.toml", "ride.toml"]'), SOUND, SOUND, "(?s)walk.toml`.*ride.toml`"),
+        (SOUND, ('file = "run.csv"', 'file = "ran.csv"'), SOUND, "ran.csv"),
+        (SOUND, ('"X1"', '"X2"'), SOUND, "X2.*X1"),
+        (SOUND, ('"mV"', '"mm"'), SOUND, "is in mm, but the channel records V"),
+        (SOUND, ('"mV"', '"mW2"'), SOUND, "`mW2` is no unit"),
+        (SOUND, ("channels.probe", "channels.prob"), SOUND, "did you mean `probe`"),
+        (SOUND, SOUND, ("t,X1\n", "t,X1\n-9,1\n"), "values before t = 0"),
+        (SOUND, SOUND, ("\n20,", "\n20,x"), "row 21 of column `X1` in `run.csv`"),
+        (('"orders", "time"', '{ low = "0.9 MHz", high = "1 MHz" }'), SOUND, SOUND, "has no line between"),
+        (('"1 kHz"', '"1 kHz"\nsolver = "Kvaerno5"\nrtol = 2'), SOUND, SOUND, "rtol must be below 1"),
+        (
+            ('"run.toml"', '{ file = "run.toml", conditions = { "disc.mass" = "-3 kg" } }'),
+            SOUND, SOUND, "disc.*mass must",
+        ),
+    ],
+)  # fmt: skip
+def test_check_finds_what_identify_refuses(place, capsys, study, record, table, words):
+    """The same sentences, before anything runs."""
+    for name, text, change in (
+        ("rig.toml", RIG, study),
+        ("run.toml", RUN, record),
+        ("run.csv", CSV, table),
+    ):
+        assert change[0] in text
+        (place / name).write_text(text.replace(*change, 1))
+    said = []
+    for command in ("check", "identify"):
+        assert main([command, "rig.toml"]) == 2, command
+        said.append(capsys.readouterr().err)
+    assert said[0] == said[1] and "Traceback" not in said[0]
+    assert re.search(words, said[0]), said[0]
+    assert not (place / "results").exists()
+
+
+def test_check_passes_a_sound_identification(place, capsys):
+    (place / "run.csv").write_text(CSV)
+    assert main(["check", "rig.toml"]) == 0
+    assert "1 Rotor, 1 LinearSupport" in capsys.readouterr().out
 
 
 @pytest.fixture(scope="module")

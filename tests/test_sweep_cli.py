@@ -383,9 +383,9 @@ def test_shares_of_the_variance(tmp_path, capsys):
         (('second = "disc"', 'second = "disk"'), "outputs.squares`: .*did you mean `disc`"),
         (('"0.002 rad^2*s"', '"0.002 m"'), "squares: at_most` must be in"),
         (("at_most", 'at_least = "0 rad^2*s"\nat_most'), "at_most or at_least, but both"),
-        (("every = 10", "every = 0"), "every must be 1 at least, but is 0"),
+        (("every = 10", "every = 0"), "every must be a whole number, 1 at least, but is 0"),
         (('from = "0 rpm"', 'from = "0 m"'), "over_speed: edges.from` must be in rad/s"),
-        (('to = "20 rpm"', 'to = "-20 rpm"'), "edges must be two at least, not negative and rising"),
+        (('to = "20 rpm"', 'to = "-20 rpm"'), "edges must be two rising speeds at least"),
         (("points = 5", "points = 1"), "edges.points must be a whole number, 2 at least"),
         (('speed_of = "disc"', 'speed_of = "disk"'), "outputs.over_speed`: .*did you mean `disc`"),
         (("[sweep.outputs.weight]", "[sweep.outputs.case]"), "outputs.case`: needs a name"),
@@ -401,6 +401,22 @@ def test_refused(tmp_path, monkeypatch, capsys, change, words):
     assert "Traceback" not in said and re.search(words, said), said
     assert not Path("results").exists()
     assert main(["check", "disc.toml"]) == 2
+
+
+def test_check_finds_what_else_a_sweep_refuses(tmp_path, monkeypatch, capsys):
+    """An extra that is missing, a run that no memory holds; neither builds an array of the run first."""
+    monkeypatch.chdir(tmp_path)
+    text = MACHINE + SAMPLE
+    Path("disc.toml").write_text(text)
+    assert main(["check", "disc.toml"]) == 0
+    with monkeypatch.context() as without:
+        without.setattr("jaxrotor.study.swept.find_spec", lambda name: None)
+        assert main(["check", "disc.toml"]) == 2
+    assert 'pip install "jaxrotor[sweep]"' in capsys.readouterr().err
+    Path("disc.toml").write_text(text.replace('t_end = "2 s"', 't_end = "1e12 s"'))
+    for command in ("check", "run", "sweep"):
+        assert main([command, "disc.toml"]) == 2
+        assert "disc.toml: `simulation`: t_end = 1e+12 s" in capsys.readouterr().err
 
 
 def test_all_faults_at_once_and_no_section(tmp_path, monkeypatch, capsys):

@@ -317,7 +317,10 @@ def _load(path: Path, run: bool = True) -> Any:
 
 
 def _check(given: argparse.Namespace) -> int:
+    from .study.check import check_study
+
     study = _load(given.study)
+    check_study(study)
     machine, settings = study.machine, study.settings
     kinds = [type(e).__name__ for e in machine.elements().values()]
     counted = ", ".join(f"{kinds.count(k)} {k}" for k in dict.fromkeys(kinds))

@@ -88,7 +88,7 @@ def optimize(
         raise InputError(f"iterations must be a whole number, 1 at least, but is {iterations!r}")
     if not 0 < tolerance < 1:
         raise InputError(f"tolerance must lie between 0 and 1, but is {tolerance!r}")
-    places = [jnp.zeros(len(space)), *(place_of(space, start) for start in starts)]
+    places = [jnp.zeros(len(space)), *(place_of(space, bench, start) for start in starts)]
     backward = len(space) > _FEW if reverse is None else bool(reverse)
     problem = pose(bench, space, [wanted, *constraints], backward)
     layout = Layout(tuple(problem.sizes()), tuple(c.sense for c in constraints))

@@ -13,6 +13,7 @@ from ..machine.paths import field_of, resolve
 from ..machine.wiring import unknown
 from ..measure.channel import Channel
 from ..parameter import as_float64, problems
+from ..solve.response import blank_run
 from .unknown import split_entry
 
 
@@ -31,6 +32,17 @@ class Bench(eqx.Module):
             found = list(problems(channel, name))
             if found:
                 raise InputError(*found)
+
+    def check(self) -> None:
+        """Raises `InputError` where a channel does not find what it looks at: told by shapes alone."""
+        t, found = jnp.arange(3.0), []
+        for name, channel in self.channels.items():
+            try:
+                eqx.filter_eval_shape(lambda m, c=channel: c.measure(blank_run(m, t)), self.machine)
+            except InputError as error:
+                found += [f"`{name}`: {problem}" for problem in error.problems]
+        if found:
+            raise InputError(*found)
 
     def get(self, path: str) -> Any:
         """A parameter of the machine or of a channel."""

@@ -3,12 +3,13 @@
 import dataclasses
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optax
+from jaxtyping import Array
 from tqdm import tqdm
 
 from ..arguments import listed, mapping, number, whole
@@ -24,10 +25,10 @@ from .domain import AbstractDomain, Time
 from .fit import Fit, search
 from .identification import Identification
 from .meeting import meet, noise_given
-from .problem import Problem, in_reverse, pose, residual_and_slopes, weighed
+from .problem import Problem, check_data, in_reverse, pose, residual_and_slopes, weighed
 from .simulated import records, records_and_slopes
 from .space import Space, wrapped
-from .trial import as_trials
+from .trial import Trial, as_trials
 from .uncertainty import knowledge
 from .unknown import as_unknowns
 
@@ -81,17 +82,11 @@ def identify(
     far, marked `interrupted`. Raises `InputError` for wrong input, before anything runs.
     """
     require_x64()
-    machine.check()
-    bench = Bench(machine, as_channels(dict(sensors)))
-    space = Space.of(bench, as_unknowns(parameters))
-    searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
-    if shaft is not None and shaft not in machine.wiring.stations:
-        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
-    if not searches:
-        raise InputError("stages: name one at least, such as Time()")
-    begun = bench.set(dict(zip(space.paths, space.starts)))
-    places = jnp.stack([jnp.zeros(len(space)), *(place_of(space, start) for start in starts)])
-    trials = [trial.planned(begun.machine) for trial in as_trials(data)]
+    bench, space, searches, places, given = asked(
+        machine, parameters, sensors, data, stages, starts, shaft
+    )
+    begun = space.set(bench, space.starts)
+    trials = [trial.planned(begun.machine) for trial in given]
     total = sum(stage.iterations for stage in searches)
     bar = tqdm(
         total=total,
@@ -117,7 +112,45 @@ def identify(
     return _told(problem, best, histories)
 
 
-def place_of(space: Space, start: Mapping[str, float]):
+class Asked(NamedTuple):
+    """What is looked for, and in what: `places` (b, n), where the first search starts."""
+
+    bench: Bench
+    space: Space
+    searches: list[Stage]
+    places: Array
+    trials: tuple[Trial, ...]
+
+
+def asked(
+    machine: Machine,
+    parameters: Any,
+    sensors: Mapping[str, Any],
+    data: Any,
+    stages: Sequence[Stage | AbstractDomain] = (Time(),),
+    starts: Sequence[Mapping[str, float]] = (),
+    shaft: str | None = None,
+) -> Asked:
+    """The arguments of `identify`, judged as far as they can be before anything runs; raises `InputError`."""
+    machine.check()
+    bench = Bench(machine, as_channels(dict(sensors)))
+    bench.check()
+    space = Space.of(bench, as_unknowns(parameters))
+    searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
+    if shaft is not None and shaft not in machine.wiring.stations:
+        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
+    if not searches:
+        raise InputError("stages: name one at least, such as Time()")
+    begun = space.set(bench, space.starts)
+    places = [jnp.zeros(len(space)), *(place_of(space, bench, start) for start in starts)]
+    trials = as_trials(data)
+    for trial in trials:
+        trial.check(begun.machine)
+    check_data(bench, space, trials, [search.domain for search in searches])
+    return Asked(bench, space, searches, jnp.stack(places), trials)
+
+
+def place_of(space: Space, bench: Bench, start: Mapping[str, float]) -> Array:
     """Where a start lies in the search; raises `InputError`."""
     mapping(start, "starts: each")
     wrong = [path for path in start if path not in space.paths]
@@ -134,6 +167,7 @@ def place_of(space: Space, start: Mapping[str, float]):
         raise InputError(
             f"starts: `{path}` cannot start at {start[path]:g}: it is out of its bounds"
         )
+    space.set(bench, values)
     return place
 
 

@@ -1,7 +1,7 @@
 """The residuals: what was simulated less what was measured, in standard deviations."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import diffrax
@@ -17,7 +17,7 @@ from ..measure.record import Series
 from ..solve.response import StationResponse
 from ..units import factor, known_unit
 from .bench import Bench
-from .domain import AbstractDomain, Compared
+from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
 from .simulated import Run, Simulated, as_array
 from .space import Space
 from .trial import Trial
@@ -115,35 +115,61 @@ def pose(
             tuple(series),
             tuple(settings.items()),
         )
-        angles = _angles(run, start, shaft)
-        for name, one in series.items():
-            place = f"`{trial.record.name}`: {name}"
-            if name not in bench.channels:
-                raise InputError(f"{place}: {unknown('channel', name, list(bench.channels))}")
-            channel = bench.channels[name]
-            one = _converted(one, channel.recorded_in, place)
-            compared = domain.compare(one, angles, place)
-            known = one.values[one.valid]
-            std = channel.noise.std if channel.noise is not None else None
-            if std is None or not float(std) > 0:
-                std = jnp.asarray(np.std(known) or 1.0)
-            signals.append(
-                Signal(
-                    jnp.asarray(np.where(one.valid, one.values, 0.0)),
-                    jnp.asarray(one.valid, float),
-                    std,
-                    compared,
-                    name,
-                    trial.record.name,
-                )
-            )
+        signals += _signals(bench, trial, domain, _angles(run, start, shaft))
         runs.append(run)
     problem = Problem(Simulated(bench, tuple(runs), space), tuple(signals))
-    if problem.count <= len(space):
-        raise InputError(
-            f"{problem.count} measured values cannot tell {len(space)} parameters: record more"
-        )
+    _refuse_too_few(problem.count, space)
     return problem
+
+
+def check_data(
+    bench: Bench, space: Space, trials: Sequence[Trial], domains: Sequence[AbstractDomain]
+) -> None:
+    """What `pose` would refuse, as far as it can be told before anything runs: all but how the shaft turns.
+    Raises `InputError`."""
+    for domain in domains:
+        # others may ask for the shaft's angle, which is simulated
+        known = domain if isinstance(domain, (Time, Frequencies)) else Time()
+        signals = [s for trial in trials for s in _signals(bench, trial, known, _unknown_angles)]
+        _refuse_too_few(sum(s.count for s in signals) + len(space.with_prior), space)
+
+
+def _unknown_angles(times: Any) -> np.ndarray:
+    raise AssertionError("nothing runs yet")
+
+
+def _refuse_too_few(count: int, space: Space) -> None:
+    if count <= len(space):
+        raise InputError(
+            f"{count} measured values cannot tell {len(space)} parameters: record more"
+        )
+
+
+def _signals(bench: Bench, trial: Trial, domain: AbstractDomain, angles: Angles) -> list[Signal]:
+    """What a run measured, in the units of the channels, and how it is compared."""
+    found = []
+    for name, one in trial.record.series.items():
+        place = f"`{trial.record.name}`: {name}"
+        if name not in bench.channels:
+            raise InputError(f"{place}: {unknown('channel', name, list(bench.channels))}")
+        channel = bench.channels[name]
+        one = _converted(one, channel.recorded_in, place)
+        compared = domain.compare(one, angles, place)
+        known = one.values[one.valid]
+        std = channel.noise.std if channel.noise is not None else None
+        if std is None or not float(std) > 0:
+            std = jnp.asarray(np.std(known) or 1.0)
+        found.append(
+            Signal(
+                jnp.asarray(np.where(one.valid, one.values, 0.0)),
+                jnp.asarray(one.valid, float),
+                std,
+                compared,
+                name,
+                trial.record.name,
+            )
+        )
+    return found
 
 
 def _converted(series: Series, unit: str, place: str) -> Series:
@@ -159,7 +185,7 @@ def _converted(series: Series, unit: str, place: str) -> Series:
     return Series(series.t, size * series.values, unit, place)
 
 
-def _angles(run: Run, bench: Bench, shaft: str | None) -> Callable[[Any], np.ndarray]:
+def _angles(run: Run, bench: Bench, shaft: str | None) -> Angles:
     """The shaft's angle at any times, simulated once somebody asks."""
     found: list[np.ndarray] = []
 

@@ -85,8 +85,12 @@ class Space(eqx.Module):
 
     def placed(self, bench: Bench, u: Float[Array, " n"]) -> Bench:
         """The machine and its channels at a place of the search, ties followed."""
+        return self.set(bench, self.values(u))
+
+    def set(self, bench: Bench, values: Any) -> Bench:
+        """The machine and its channels with such `values` (n,), ties followed; raises `InputError` where
+        known ones make no machine."""
         new: dict[str, Any] = {}
-        values = self.values(u)
         for i, path in enumerate(self.paths):
             new[path] = values[i]
             for other, factor in self.ties[i]:

@@ -12,6 +12,7 @@ from ..gate import takes
 from ..machine.machine import Machine
 from ..measure.record import Record
 from ..solve.adaptive import solver_for
+from ..solve.checks import check_solver, initial_speed
 from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
 from ..solve.simulate import Initial
@@ -44,6 +45,12 @@ class Trial:
     solver: Any = None
     rtol: float = 1e-7
     atol: float = 1e-10
+
+    def check(self, machine: Machine) -> None:
+        """Raises `InputError` where `machine` cannot be run so."""
+        machine = machine.set(self.conditions)
+        check_solver(machine, self.solver, self.step, self.rtol, self.atol)
+        initial_speed(machine, self.initial, self.speed)
 
     def planned(self, machine: Machine) -> "Trial":
         """With its sample rate, and with a step fit for `machine`."""

@@ -1,13 +1,14 @@
 """What `jaxrotor identify` does with the [identify] section of a study."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import check_folder, folder_written_whole, save_json
 from ..inverse.identification import Identification
-from ..inverse.identify import identify
+from ..inverse.identify import asked, identify
 from ..inverse.profile import Profile, profiles
 from ..inverse.trial import Trial
 from ..measure.read import read_record
@@ -21,21 +22,37 @@ _OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver", "rtol", "atol")
 
 def identify_study(study: Study, progress: bool | None = None) -> Identification:
     """Runs the identification that the study asks for."""
+    return identify(**_arguments(study), progress=progress)
+
+
+def check_identify(study: Study) -> None:
+    """Raises `InputError` with what `identify` refuses before it runs anything, its records among it."""
+    asked(**_arguments(study))
+
+
+def _arguments(study: Study) -> dict[str, Any]:
+    """Those of `identify`."""
     if study.identify is None:
         raise InputError(
             f"`{study_name(study)}`: has no [identify] section: give it records, sensors and unknowns"
         )
-    asked, settings = study.identify, study.settings.arguments()
+    told, settings = study.identify, study.settings.arguments()
     given = {k: settings[k] for k in _OF_RUNS if k in settings}
-    trials = [Trial(read_record(file), conditions=own, **given) for file, own in asked.records]
-    return identify(
-        study.machine,
-        asked.unknowns,
-        asked.sensors,
-        trials,
-        stages=asked.stages,
-        shaft=asked.shaft,
-        progress=progress,
+    trials, problems = [], []
+    for file, conditions in told.records:
+        try:
+            trials.append(Trial(read_record(file), conditions=conditions, **given))
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(*problems)
+    return dict(
+        machine=study.machine,
+        parameters=told.unknowns,
+        sensors=told.sensors,
+        data=trials,
+        stages=told.stages,
+        shaft=told.shaft,
     )
 
 

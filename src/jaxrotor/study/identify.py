@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..arguments import whole
 from ..errors import InputError
 from ..inverse.bench import Bench
 from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
@@ -14,7 +15,7 @@ from ..measure.channel import Channel
 from ..units import read, shown
 from .build import FAILED, Context, build_element
 from .faults import Faults, guess
-from .unknowns import read_quantity, read_unknown
+from .unknowns import read_quantity, read_unknown, space_of
 
 _KEYS = (
     "records",
@@ -104,12 +105,25 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         faults.add("identify", f"profile must be true or false, but is {shown(profile)}")
     unknowns = []
     if not faults.sentences:
-        bench = Bench(machine, sensors)
+        bench = _bench(machine, sensors, faults)
         for i, one in enumerate(table["unknowns"]):
             unknowns.append(read_unknown(one, f"identify.unknowns, entry {i + 1}", bench, faults))
+    if not faults.sentences:
+        space_of(bench, tuple(unknowns), "identify.unknowns", faults)
     if faults.sentences:
         raise InputError(*faults.sentences)
     return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
+
+
+def _bench(machine: Machine, sensors: dict[str, Channel], faults: Faults) -> Bench:
+    """Whose sensors find what they look at."""
+    try:
+        bench = Bench(machine, sensors)
+        bench.check()
+    except InputError as error:
+        faults.sentences += [f"`identify.sensors`: {p}" for p in error.problems]
+        return Bench(machine, {})
+    return bench
 
 
 def _listed(table: dict, key: str, faults: Faults) -> list[Any]:
@@ -145,15 +159,18 @@ def _record(given: Any, place: str, machine: Machine, folder: Path, faults: Faul
 
 
 def _stages(table: dict, faults: Faults) -> tuple[Stage, ...]:
-    found: list[AbstractDomain] = []
     try:
-        turns = float(read(table.get("turns", 8), ""))
-        orders = tuple(float(read(x, "")) for x in table.get("orders", [1]))
-        iterations = int(read(table.get("iterations", 20), ""))
-        for one in table.get("stages", ["time"]):
+        iterations = whole(1)(table.get("iterations", 20), "iterations")
+    except InputError as error:
+        faults.add("identify", f"{error}: correct it")
+        return ()
+    found: list[AbstractDomain] = []
+    for one in _listed({"stages": ["time"]} | table, "stages", faults):
+        try:
             if one == "time":
                 found.append(Time())
             elif one in ("orders", "envelope"):
+                orders, turns = table.get("orders", [1]), table.get("turns", 8)
                 found.append(Orders(orders, turns, envelope=one == "envelope"))
             elif isinstance(one, dict) and set(one) == {"low", "high"}:
                 found.append(Frequencies(read(one["low"], "Hz"), read(one["high"], "Hz")))
@@ -163,7 +180,8 @@ def _stages(table: dict, faults: Faults) -> tuple[Stage, ...]:
                     f'stages must be "orders", "envelope", "time" or {{ low = "...", high = "..." }}, but '
                     f"one is {shown(one)}{guess(one, _STAGES)}",
                 )
-    except (ValueError, TypeError, InputError) as error:
-        faults.add("identify", f"turns, orders, iterations or stages {error}")
-        return ()
+        except InputError as error:
+            faults.sentences += [f"`identify.stages`: {p}" for p in error.problems]
+        except ValueError as error:
+            faults.add("identify.stages", f"low and high {error}")
     return tuple(Stage(domain, iterations) for domain in found)

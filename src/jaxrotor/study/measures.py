@@ -6,16 +6,13 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array
 
 from ..design.machine_measures import AbstractMachineMeasure, unit_on
 from ..design.measure import AbstractMeasure, AbstractSignalMeasure, within
 from ..errors import InputError
-from ..machine.field import initial_states, n_free
 from ..machine.machine import Machine
-from ..machine.system import assemble
 from ..measure.quantities import Signal
-from ..solve.response import Response, RunInfo
+from ..solve.response import Response, RunInfo, blank_run
 from .build import FAILED, Context, build_element
 from .faults import Faults
 from .kinds import find_kind
@@ -70,13 +67,8 @@ def _seen(measure: Any, machine: Machine, settings: Simulation) -> str:
     """The unit of what can look at the run; raises `InputError`."""
     t = jnp.array([0.0, 0.5, 1.0]) * settings.t_end
 
-    def run(machine: Machine, t: Array) -> Response:
-        system = assemble(machine)
-        size = 2 * n_free(system) + initial_states(system).size
-        return Response(machine, t, jnp.zeros((t.size, size)), RunInfo("none"))
-
     if isinstance(measure, AbstractSignalMeasure):
         ends = jnp.linspace(0.0, settings.t_end, 1 + round(settings.t_end * settings.sample_rate))
         within(measure, Response(machine, ends, jnp.zeros((ends.size, 0)), RunInfo("none")))
-    eqx.filter_eval_shape(lambda m, t: measure(run(m, t)), machine, t)
+    eqx.filter_eval_shape(lambda m, t: measure(blank_run(m, t)), machine, t)
     return measure.unit if hasattr(measure, "unit") else measure.sensor.unit

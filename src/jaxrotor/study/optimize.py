@@ -1,6 +1,7 @@
 """The [optimize] section of a study."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,6 @@ from ..design.variations import Variations
 from ..errors import InputError
 from ..inverse.bench import Bench
 from ..inverse.identify import place_of
-from ..inverse.space import Space
 from ..inverse.unknown import Unknown, expanded
 from ..machine import Machine
 from ..units import shown
@@ -18,7 +18,7 @@ from .criteria import CriteriaReader
 from .faults import Faults, guess
 from .optimisers import read_optimiser
 from .settings import Simulation
-from .unknowns import read_quantity, read_unknown
+from .unknowns import read_quantity, read_unknown, space_of
 
 _KEYS = (
     "unknowns",
@@ -128,10 +128,9 @@ def _starts(
         return ()
     if not unknowns:
         return ()
-    try:
-        space = Space.of(bench, expanded(unknowns, bench.machine))
-    except InputError as error:
-        faults.sentences += [f"`optimize.unknowns`: {p}" for p in error.problems]
+    each = partial(expanded, machine=bench.machine)
+    space = space_of(bench, unknowns, "optimize.unknowns", faults, each)
+    if space is None:
         return ()
     found = []
     for i, one in enumerate(given):
@@ -142,7 +141,7 @@ def _starts(
             else:
                 start[path] = read_quantity(value, bench.unit(path), f"{place}: {path}", faults)
         try:
-            place_of(space, start)
+            place_of(space, bench, start)
         except InputError as error:
             faults.sentences += [f"`{place}`: {p}" for p in error.problems]
         found.append(start)

@@ -18,6 +18,12 @@ def _above_zero(value: float) -> float:
     return value
 
 
+def _below_one(value: float) -> float:
+    if not value < 1:
+        raise ValueError(f"must be below 1, but is {value:g}: write 1e-7 or the like")
+    return value
+
+
 def _pure(value: Any) -> float:
     return read(value, "")
 
@@ -27,6 +33,7 @@ Time = Annotated[float, _in("s"), _Positive]
 Rate = Annotated[float, _in("Hz"), _Positive]
 Speed = Annotated[float, _in("rad/s")]
 Tolerance = Annotated[float, pydantic.BeforeValidator(_pure), _Positive]
+Relative = Annotated[Tolerance, pydantic.AfterValidator(_below_one)]
 
 
 class Section(pydantic.BaseModel):
@@ -49,7 +56,7 @@ class Simulation(Section):
     ) = None
     order: Literal[2, 3, 4, 5, 6, 7] | None = None
     step: Time | None = None
-    rtol: Tolerance | None = None
+    rtol: Relative | None = None
     atol: Tolerance | None = None
 
     def arguments(self) -> dict[str, Any]:

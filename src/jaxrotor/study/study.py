@@ -99,6 +99,7 @@ def load(path: str | Path, run: bool = True) -> Study:
     if settings is not None:
         check_simulation(settings, faults)
         if machine is not None:
+            _check_length(machine, settings, faults)
             _check_start(machine, settings, faults)
     if machine is not None and report is not None:
         _check_report(report, machine, faults)
@@ -144,6 +145,18 @@ def _text(key: str, value: Any, faults: Faults) -> str:
         faults.add(key, f"must be a text, but is {shown(value)}: put it in quotes")
         return ""
     return value
+
+
+def _check_length(machine: Machine, settings: Simulation, faults: Faults) -> None:
+    """Whether memory holds the run."""
+    from ..solve.checks import sample_count
+
+    if settings.t_end * settings.sample_rate < 2:  # is told already
+        return
+    try:
+        sample_count(settings.t_end, settings.sample_rate, len(machine.wiring.stations))
+    except InputError as error:
+        faults.sentences += [f"`simulation`: {p}" for p in error.problems]
 
 
 def _check_start(machine: Machine, settings: Simulation, faults: Faults) -> None:

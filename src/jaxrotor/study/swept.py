@@ -13,7 +13,7 @@ import xarray as xr
 from ..errors import InputError
 from ..files import check_folder, save_json
 from ..sweep.store import state_of
-from ..sweep.sweep import sweep
+from ..sweep.sweep import asked, sweep
 from .drawn import figures_of
 from .options import study_name
 from .run import _interruptible
@@ -46,6 +46,18 @@ def sweep_study(
     return found
 
 
+def check_sweep(study: Study) -> None:
+    """Raises `InputError` with what `sweep` refuses before it runs anything."""
+    _check_zarr()
+    told = _asked(study)
+    asked(study.machine, told.cases, told.outputs, **study.settings.arguments())
+
+
+def _check_zarr() -> None:
+    if find_spec("zarr") is None:
+        raise InputError('sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"')
+
+
 def _asked(study: Study) -> Sweep:
     if study.sweep is None:
         raise InputError(
@@ -59,8 +71,7 @@ def run_sweep(
 ) -> int:
     """The store, percentiles, shares within limits, figures."""
     asked = _asked(study)
-    if find_spec("zarr") is None:
-        raise InputError('sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"')
+    _check_zarr()
     folder = out if out is not None else Path("results") / f"{study.name}_sweep"
     check_folder(folder, force)
     store = folder / STORE

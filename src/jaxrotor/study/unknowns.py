@@ -1,12 +1,14 @@
 """Parameters that a study asks to find: tables with a path, where it starts and what it may be."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..inverse.bench import Bench
-from ..inverse.unknown import Unknown, split_entry
+from ..inverse.space import Space
+from ..inverse.unknown import Unknown, as_unknowns, split_entry
 from ..units import read, shown
 from .faults import Faults
 
@@ -51,6 +53,24 @@ def read_unknown(
         also=also,
         **values,
     )
+
+
+def space_of(
+    bench: Bench,
+    unknowns: tuple[Unknown, ...],
+    place: str,
+    faults: Faults,
+    unfold: Callable[..., tuple[Unknown, ...]] = as_unknowns,
+) -> Space | None:
+    """Where the search moves, with all that the unknowns and their starts say of each other; None where they
+    do not fit, or their starts are no machine."""
+    try:
+        space = Space.of(bench, unfold(unknowns))
+        space.set(bench, space.starts)
+    except InputError as error:
+        faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+        return None
+    return space
 
 
 def read_also(table: dict, place: str, faults: Faults) -> dict[str, float]:

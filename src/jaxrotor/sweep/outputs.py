@@ -50,8 +50,11 @@ class OverSpeed(Part):
             raise InputError(*found)
 
     def faults(self):
-        if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0):
-            yield f"edges must be two rising speeds at least, but are {self.edges.tolist()} rad/s"
+        if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0) or self.edges[0] < 0:
+            yield (
+                "edges must be two rising speeds at least, none of them negative, but are "
+                f"{self.edges.tolist()} rad/s"
+            )
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return self.sensor, Tachometer(self.speed_of)

@@ -130,6 +130,28 @@ def _asked(
     machine, parameters, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
 ) -> tuple[Setup, Cases]:
     """Checked, but not planned: no linear part, no number of steps."""
+    setup, cases = asked(
+        machine, parameters, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
+    )
+    if any(needs_run(one) for one in setup.outputs.values()):
+        check_start(row_of(machine, cases.values, 0), initial, speed, setup.grid)
+    return setup, cases
+
+
+def asked(
+    machine: Machine,
+    parameters: Any,
+    outputs: Mapping[str, Any],
+    t_end: float,
+    sample_rate: float,
+    initial: Any = "static",
+    speed: Any = None,
+    solver: Any = None,
+    step: Any = None,
+    rtol: float = 1e-7,
+    atol: float = 1e-10,
+) -> tuple[Setup, Cases]:
+    """The arguments of `sweep`, judged as far as they can be before anything runs; raises `InputError`."""
     check_solver(machine, solver, None if isinstance(step, Plan) else step, rtol, atol)
     machine.check()
     cases = as_cases(parameters)
@@ -147,7 +169,6 @@ def _asked(
     first = row_of(machine, cases.values, 0)
     if runs:
         initial_speed(first, initial, speed)
-        check_start(first, initial, speed, grid)
     setup = Setup(
         machine,
         wanted,
