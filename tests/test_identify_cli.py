@@ -1,15 +1,21 @@
 """`jaxrotor identify`: from a study and a CSV file to estimates, figures and a study that runs."""
 
+import importlib
 import json
 import re
 
+import diffrax
 import jax
 import numpy as np
+import optax
 import pandas
 import pytest
 
 import jaxrotor as jr
 from jaxrotor.cli import main
+from jaxrotor.inverse.bench import Bench
+from jaxrotor.inverse.identify import _wrapped
+from jaxrotor.inverse.space import Space
 
 RIG = """
 title = "A disc on two springs"
@@ -68,9 +74,21 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_from_file_to_file(place, capsys):
-    """A record in mV and ms, made with other values: found again, and written into a study that runs."""
-    study = jr.load("rig.toml")
+def raising(function, call):
+    """`function`, but for Ctrl-C in a call of it: the first is 1."""
+    calls = []
+
+    def instead(*args, **more):
+        calls.append(1)
+        if len(calls) == call:
+            raise KeyboardInterrupt
+        return function(*args, **more)
+
+    return instead
+
+
+def measure(study):
+    """run.csv: what the probe would record of the rig with other values."""
     stiffness = np.array([1.2e5, 1.2e5, 1e5, 1e3, 1e3, 0])
     truth = study.machine.set(
         {
@@ -84,7 +102,30 @@ def test_from_file_to_file(place, capsys):
     measured = study.identify.sensors["probe"].recorded(run, jax.random.key(0), t)
     table = pandas.DataFrame({"t": 1e3 * t, "X1": 1e3 * np.asarray(measured)})
     table.to_csv("run.csv", index=False)
+
+
+def test_from_file_to_file(place, monkeypatch, capsys):
+    """A record in mV and ms, made with other values: found again, and written into a study that runs; before
+    its profiles, which Ctrl-C does without."""
+    from jaxrotor.study import identified
+
+    measure(jr.load("rig.toml"))
+    summary, seen = place / "results/rig_identify/summary.json", []
+    identify, profiles = identified.identify, identified.profiles
+
+    def found(**asked):
+        seen.append(identify(**asked))
+        return seen[0]
+
+    def after_writing(*given, **more):
+        seen.append(json.loads(summary.read_text()))
+        return profiles(*given, **more)
+
+    monkeypatch.setattr(identified, "identify", found)
+    monkeypatch.setattr(identified, "profiles", after_writing)
     assert main(["identify", "rig.toml"]) == 0
+    assert not seen[1]["interrupted"]
+    assert seen[1]["parameters"]["support.stiffness[0]"].keys() >= {"value", "std", "interval_95"}
     said = capsys.readouterr().out
     assert "disc.unbalance.eccentricity" in said and "!" not in said
     assert "by profile" in said
@@ -116,6 +157,97 @@ def test_from_file_to_file(place, capsys):
         "summary.json",
         "rig_identified.toml",
     }
+    monkeypatch.setattr(identified, "identify", lambda **_: seen[0])
+    monkeypatch.setattr(identified, "profiles", raising(profiles, 1))
+    assert main(["identify", "rig.toml"]) == 130
+    said = capsys.readouterr().err
+    assert "the estimates are in results/rig_identify/, without profiles" in said
+    assert json.loads(summary.read_text()) == seen[1]
+
+
+@pytest.mark.parametrize("when", ["fit._step_all", "identify.pose"])
+def test_ctrl_c_keeps_the_estimates_so_far(place, monkeypatch, capsys, when):
+    """In the third iteration; before the second stage has begun, when the first is near the truth."""
+    measure(jr.load("rig.toml"))
+    module = importlib.import_module(f"jaxrotor.inverse.{when.split('.')[0]}")
+    name, call = when.split(".")[1], 3 if "step" in when else 2
+    monkeypatch.setattr(module, name, raising(getattr(module, name), call))
+    assert main(["identify", "rig.toml"]) == 130
+    out, err = capsys.readouterr()
+    assert "Interrupted: the estimates so far, unfinished, are in results/rig_identify/." in err
+    assert "! the search was interrupted" in out and "by profile" not in out
+    folder = place / "results/rig_identify"
+    told = json.loads((folder / "summary.json").read_text())
+    assert told["interrupted"] and any("interrupted" in words for words in told["warnings"])
+    (count,) = told["iterations"].values()  # of the first stage alone
+    found = told["parameters"]["disc.unbalance.eccentricity"]["value"]
+    again = jr.load(folder / "rig_identified.toml").machine
+    assert again.get("disc.unbalance.eccentricity") == pytest.approx(found, rel=1e-12)
+    assert not (folder / "profile.png").exists()
+    if "step" in when:
+        assert count == 2 and abs(found - 3e-5) > 1e-8  # it has moved
+    else:
+        assert found == pytest.approx(2e-5, rel=0.05)
+        stiffness = told["parameters"]["support.stiffness[0]"]["value"]
+        assert stiffness == pytest.approx(1.2e5, rel=0.05)
+
+
+def test_ctrl_c_before_anything_is_found(place, monkeypatch, capsys):
+    measure(jr.load("rig.toml"))
+    monkeypatch.setattr("jaxrotor.inverse.fit._looked_at", raising(None, 1))
+    assert main(["identify", "rig.toml"]) == 130
+    assert "Interrupted: nothing was written." in capsys.readouterr().err
+    assert not (place / "results").exists()
+
+
+def test_ctrl_c_keeps_what_an_optimiser_of_optax_has_met(monkeypatch):
+    """Two members, whose costs fall by one in each iteration."""
+    from jaxrotor.inverse import descent
+
+    def step(problem, optimiser, u, state, best, least):
+        return u + 1, state, u, 10.0 - u[:, 0]
+
+    starts = np.array([[0.0], [1.0]])
+    monkeypatch.setattr(descent, "_step_all", raising(step, 1))
+    with pytest.raises(KeyboardInterrupt):
+        descent.descend(None, starts, optax.sgd(0.1), 5)
+    monkeypatch.setattr(descent, "_step_all", raising(step, 3))
+    fits = descent.descend(None, starts, optax.sgd(0.1), 5)
+    assert [fit.u.tolist() for fit in fits] == [[1.0], [2.0]]
+    assert [fit.costs.tolist() for fit in fits] == [[10.0, 9.0], [9.0, 8.0]]
+    assert all(fit.interrupted and not fit.stopped for fit in fits)
+
+
+def test_settings_of_the_simulation_reach_its_runs(place, monkeypatch):
+    class Asked(Exception):
+        pass
+
+    def asked(machine, **settings):
+        raise Asked(settings)
+
+    own = 'sample_rate = "1 kHz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
+    (place / "rig.toml").write_text(RIG.replace('sample_rate = "1 kHz"', own))
+    (place / "run.csv").write_text(CSV)
+    monkeypatch.setattr("jaxrotor.inverse.simulated.simulate", asked)
+    with pytest.raises(Asked) as told:
+        main(["identify", "rig.toml"])
+    (settings,) = told.value.args
+    assert isinstance(settings["solver"], diffrax.Kvaerno5)
+    assert (settings["rtol"], settings["atol"]) == (1e-5, 1e-8)
+    assert (settings["sample_rate"], settings["initial"]) == (1000.0, "undeformed")
+
+
+def test_identified_angles_are_wrapped(place):
+    """With those tied to them: the same directions, by sine and cosine."""
+    study = jr.load("rig.toml")
+    path, tied = "disc.unbalance.angle", "probe.sensor.angle"
+    unknown = jr.Unknown(path, start=10.0, circular=True, also={tied: -2.0})
+    bench = Bench(study.machine, study.identify.sensors)
+    space = Space.of(bench, (unknown,))
+    turned = _wrapped(space, space.set(bench, [10.0]))
+    for name, angle in ((path, 10.0), (tied, -20.0)):
+        want = np.arctan2(np.sin(angle), np.cos(angle))
+        assert float(turned.get(name)) == pytest.approx(want, abs=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,8 @@ what `run` writes:
   *.png          the figures
 
 exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
-what was computed before is kept; 130 interrupted, nothing was kept (but by `sweep`: see --resume).
+what was computed before is kept; 130 interrupted: `identify` and `optimize` keep what they had found so
+far, `sweep` what it had run (see --resume), the others nothing.
 """
 
 _OPTIMIZE = """\

@@ -68,7 +68,8 @@ def optimize(
       `iterations` steps in each round of the multipliers.
     - `reverse`: slopes by reverse mode; by default from seven unknowns on.
 
-    **Returns** an `Optimum`. Raises `InputError` for wrong input before anything runs, and where no start
+    **Returns** an `Optimum`; stopped by Ctrl-C after the first evaluation, that of the best place so far,
+    marked `interrupted`. Raises `InputError` for wrong input before anything runs, and where no start
     gives a finite objective. Source: Nocedal & Wright, Numerical Optimization, 2nd ed., ch. 6 (BFGS) and 17
     (augmented Lagrangian).
     """
@@ -114,7 +115,14 @@ def optimize(
         for u, first, fine in zip(places, firsts, good):
             if fine:
                 top = jnp.max(layout.split(first)[0]) / terms.scales[0]
-                found.append(search.run(jnp.append(u, longer + top), iterations, optimiser))
+                try:
+                    found.append(search.run(jnp.append(u, longer + top), iterations, optimiser))
+                except KeyboardInterrupt:
+                    if not found:  # nothing has been found yet
+                        raise
+                    found[-1] = found[-1]._replace(interrupted=True)
+                if found[-1].interrupted:
+                    break
 
     def badness(one):
         worst = np.max(in_parts(one.vector, layout.sizes)[0])

@@ -41,6 +41,7 @@ class Optimum:
     - `machine`: the best one. - `values`, `start`: path -> value (SI) there and before.
     - `objective`, `objective_before`: the largest entry where there are several.
     - `constraints`: a `Held` each. - `stopped`: why the search ended; `converged`: whether it came to rest.
+    - `interrupted`: Ctrl-C ended the searches: this is the best so far.
     - `history`: every evaluation in turn (judged vector, violation, place), of all starts.
     - `weights`: of a minimax's entries in the optimum, those that hold it up; they sum to one.
     """
@@ -62,6 +63,7 @@ class Optimum:
     problem: Problem = dataclasses.field(repr=False)
     found: Found = dataclasses.field(repr=False)
     scales: tuple[float, ...] = dataclasses.field(repr=False)
+    interrupted: bool = False
 
     def sensitivities(self, paths: Sequence[str] | None = None) -> dict[str, np.ndarray]:
         """How the best objective changes with each parameter of the machine that was not designed (per SI
@@ -134,6 +136,8 @@ class Optimum:
         )
         count = sum(map(len, self.history))
         lines.append(f"  {count} evaluations; {self.stopped}{worst}")
+        if self.interrupted:
+            lines.append("! the search was interrupted: this is the best so far, unfinished")
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -154,6 +158,7 @@ class Optimum:
             "violation": self.found.violation,
             "converged": self.converged,
             "stopped": self.stopped,
+            "interrupted": self.interrupted,
         }
 
     def save(self, path: str | Path) -> Path:
@@ -240,4 +245,5 @@ def summed_up(
         problem=problem,
         found=found,
         scales=tuple(map(float, scales)),
+        interrupted=any(one.interrupted for one in searches),
     )

@@ -44,6 +44,7 @@ class Found(NamedTuple):
     history: list[Step]
     stopped: str
     converged: bool
+    interrupted: bool = False
 
 
 def _known(merit: Array, slope: Array):
@@ -110,9 +111,39 @@ class Search:
         self, x: Array, iterations: int, optimiser: optax.GradientTransformation | None
     ) -> Found:
         """From `x`, with the level of a minimax as its last entry: at most so many evaluations (of optax: so
-        many in each round of the multipliers)."""
-        layout, terms, n = self.layout, self.terms, len(self.problem.space)
+        many in each round of the multipliers). Ctrl-C after the first keeps the best of them."""
         self.left, self.history = iterations, []
+        try:
+            return self._run(x, iterations, optimiser)
+        except KeyboardInterrupt:
+            if not self.history:
+                raise
+            return self._so_far()
+
+    def _so_far(self) -> Found:
+        """The best place that was looked at: first of all one within bounds."""
+
+        def missed(step: Step) -> tuple[float, float]:
+            top = np.max(step.vector[: self.layout.sizes[0]])
+            # a minimax's level is where its largest entry is
+            level = top / self.terms.scales[0]
+            return self.layout.violation(jnp.asarray(step.vector), level, self.terms), top
+
+        def badness(step: Step):
+            beyond, top = missed(step)
+            return (max(beyond, self.tolerance) if np.isfinite(top) else np.inf, top)
+
+        best = min(self.history, key=badness)
+        beyond, _ = missed(best)
+        return Found(
+            best.u, best.vector, beyond, np.asarray(self.terms.prices), self.history,
+            "it was interrupted before it came to rest", False, True,
+        )  # fmt: skip
+
+    def _run(
+        self, x: Array, iterations: int, optimiser: optax.GradientTransformation | None
+    ) -> Found:
+        layout, terms, n = self.layout, self.terms, len(self.problem.space)
         before, rest, metric, converged = np.inf, 1e-2, None, False
         while True:
             rest = max(self.tolerance, 0.1 * rest) if layout.held else self.tolerance

@@ -46,19 +46,30 @@ def descend(
     iterations: int,
     bar: tqdm | None = None,
 ) -> list[Fit]:
-    """From each of `starts`, all in one batch; the best that each one met. `costs`: the least until then."""
+    """From each of `starts`, all in one batch; the best that each one met. `costs`: the least until then.
+    Ctrl-C after the first iteration keeps them."""
     u, best = starts, starts
     state = jax.vmap(optimiser.init)(u)
     least = jnp.full(len(starts), jnp.inf)
     history: list[np.ndarray] = []
+    interrupted = False
     for _ in range(iterations):
-        u, state, best, least = _step_all(problem, optimiser, u, state, best, least)
-        history.append(np.asarray(least))
+        try:
+            moved = _step_all(problem, optimiser, u, state, best, least)
+            reached = np.asarray(moved[3])
+        except KeyboardInterrupt:
+            if not history:  # nothing has been found yet
+                raise
+            interrupted = True
+            break
+        u, state, best, least = moved
+        history.append(reached)
         if bar is not None:
             bar.set_postfix_str(f"cost {np.min(history[-1]):.4g}")
             bar.update(1)
     costs = np.stack(history, axis=1)
-    return [Fit(best[k], costs[k], _rests(costs[k])) for k in range(len(starts))]
+    rests = [not interrupted and _rests(own) for own in costs]
+    return [Fit(best[k], costs[k], rests[k], interrupted) for k in range(len(starts))]
 
 
 def _rests(costs: np.ndarray) -> bool:

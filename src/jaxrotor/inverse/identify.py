@@ -97,18 +97,26 @@ def identify(
     )
     histories: dict[str, np.ndarray] = {}
     problem: Problem | None = None
+    best: Fit | None = None
     with bar:
         for i, stage in enumerate(searches):
-            problem = pose(bench, space, trials, stage.domain, shaft)
-            problem, fits = _search(problem, places, stage, bar)
-            best = fits[-1]
+            try:
+                posed, fits = _search(
+                    pose(bench, space, trials, stage.domain, shaft), places, stage, bar
+                )
+            except KeyboardInterrupt:
+                if best is None:  # nothing has been found yet
+                    raise
+                best = best._replace(interrupted=True)
+                break
+            problem, best = posed, fits[-1]
             places = best.u[None]
             name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
             for suffix, fit in zip(("", ", weighed by its residuals"), fits):
                 histories[name + suffix] = fit.costs
             if best.interrupted:
                 break
-    assert problem is not None
+    assert problem is not None and best is not None
     return _told(problem, best, histories)
 
 
@@ -190,20 +198,30 @@ def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[
     given = noise_given(problem)
     if best.interrupted or all(given) or len(given) == 1:
         return problem, [best]
+    try:
+        again = _weighed_by_residuals(problem, best, given)
+        if again is None:
+            return problem, [best]
+        return again, [best, _best(again, best.u[None], stage, bar)]
+    except KeyboardInterrupt:
+        return problem, [best._replace(interrupted=True)]
+
+
+def _weighed_by_residuals(problem: Problem, best: Fit, given: Sequence[bool]) -> Problem | None:
+    """With the noise that was not given taken from what is left; None where nothing is left."""
     levels = []
     for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
         r = np.asarray(signal.residual(record))
         levels.append(float(np.sqrt(r @ r / signal.count)))
     if max(level for level, known in zip(levels, given) if not known) < _QUIET:
-        return problem, [best]
-    problem = weighed(
+        return None
+    return weighed(
         problem,
         [
             s.std if known else s.std * max(level, _QUIET)
             for s, level, known in zip(problem.signals, levels, given)
         ],
     )
-    return problem, [best, _best(problem, best.u[None], stage, bar)]
 
 
 def _wrapped(space: Space, bench: Bench) -> Bench:

@@ -74,6 +74,8 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         by_profile = _write(study, found, curves, folder, True)
     if not quiet:
         print(found)
+    if found.interrupted:
+        raise KeyboardInterrupt(f"the estimates so far, unfinished, are in {folder}/")
     if by_profile and not quiet:
         print("95 % intervals by profile, which are right where they differ from those above:")
         for (path, (low, high)), curve in zip(by_profile.items(), curves.values()):

@@ -58,6 +58,8 @@ def run_optimize(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         save_json(part / "summary.json", {"study": study_name(study), **found.to_dict()})
     if not quiet:
         print(found)
+    if found.interrupted:
+        raise KeyboardInterrupt(f"the best design so far, unfinished, is in {folder}/")
     print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     return 0
 
