@@ -238,6 +238,61 @@ def test_the_better_of_two_minima():
     assert both.start[PATHS[0]] == pytest.approx(STIFFNESS)
 
 
+@pytest.mark.parametrize("more", [{}, dict(optimiser=optax.adam(0.02), iterations=30)])
+def test_ctrl_c_keeps_the_best_so_far(monkeypatch, more):
+    """Of what was evaluated until then, by the functions themselves: what misses the bounds least."""
+    tells, seen = [], []
+
+    def stopped(problem, layout, x, terms):
+        if len(tells) == 7:
+            raise KeyboardInterrupt
+        tells.append(1)
+        seen.append(x)
+        return tell(problem, layout, x, terms)
+
+    monkeypatch.setattr("jaxrotor.design.search.tell", stopped)
+    found = constrained(**more)
+    assert found.interrupted and not found.converged and found.to_dict()["interrupted"]
+    assert "! the search was interrupted" in str(found) and len(found.history[0]) == 7
+    places = [found.problem.space.values(x) / SIZES for x in seen]
+    missed = [
+        max(
+            (line(*x, 1.0) - LIMITS[0]) / LIMITS[0],
+            abs(ball(*x, 1.0) - LIMITS[1]) / LIMITS[1],
+            (LIMITS[2] - product(*x, 1.0)) / LIMITS[2],
+        )
+        for x in places
+    ]
+    best = int(np.argmin(missed))
+    np.testing.assert_allclose(place(found), places[best], rtol=1e-12)
+    assert found.found.violation == pytest.approx(missed[best], rel=1e-9)
+    assert found.objective == pytest.approx(bowl(*places[best], 1.0), rel=1e-9)
+
+
+def test_ctrl_c_before_a_search_and_between_two(monkeypatch):
+    """Nothing is known before the first evaluation; later the searches that ended count."""
+    first = constrained(iterations=5)
+
+    def stopped_at(call):
+        tells = []
+
+        def stopped(*given):
+            tells.append(1)
+            if len(tells) == call:
+                raise KeyboardInterrupt
+            return tell(*given)
+
+        monkeypatch.setattr("jaxrotor.design.search.tell", stopped)
+
+    stopped_at(1)
+    with pytest.raises(KeyboardInterrupt):
+        constrained()
+    stopped_at(6)
+    both = constrained(iterations=5, starts=[{PATHS[0]: 1.1 * STIFFNESS}])
+    assert both.interrupted and len(both.history) == 1
+    assert both.values == first.values and not first.interrupted
+
+
 def test_other_numbers_need_no_new_program(caplog):
     constrained()
     with jax.log_compiles():

@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import diffrax
 import jax
 import matplotlib.image
 import numpy as np
@@ -90,6 +91,48 @@ def test_tuned_damper_under_its_bound(tmp_path, capsys):
     assert again.optimize.constraints[0].limit == pytest.approx(bound)
     drawn(tmp_path / "best/history.png")
     drawn(tmp_path / "best/response.png")
+
+
+def test_ctrl_c_keeps_the_best_so_far(tmp_path, monkeypatch, capsys):
+    """Written as a whole, marked unfinished: a study that has by the formulas above what the summary says."""
+    from jaxrotor.design import search
+
+    tell, looks = search.tell, []
+
+    def stopped(*given):
+        if len(looks) == 4:
+            raise KeyboardInterrupt
+        looks.append(1)
+        return tell(*given)
+
+    monkeypatch.setattr(search, "tell", stopped)
+    status, told, names = optimised(tmp_path, DAMPER)
+    said = capsys.readouterr()
+    assert status == 130 and "! the search was interrupted" in said.out
+    assert "Interrupted: the best design so far, unfinished, is in" in said.err
+    assert told["interrupted"] and not told["converged"] and told["evaluations"] == 4
+    assert names == {"history.png", "response.png", "summary.json", "study_optimized.toml"}
+    again = jr.load(tmp_path / "best/study_optimized.toml").machine
+    torque, twist = magnified(*(float(again.get(f"damper.{x}")) for x in ("stiffness", "damping")))
+    assert told["objective"]["after"] == pytest.approx(torque, rel=1e-6)
+    assert told["constraints"][0]["value"] == pytest.approx(twist, rel=1e-6)
+
+
+def test_settings_of_the_simulation_reach_its_runs(tmp_path, monkeypatch):
+    class Asked(Exception):
+        pass
+
+    def asked(machine, t_end, sample_rate, initial, speed, solver, step, rtol, atol, **more):
+        raise Asked(t_end, sample_rate, solver, rtol, atol)
+
+    own = 'sample_rate = "500 Hz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
+    (tmp_path / "step.toml").write_text(STEP.replace('sample_rate = "500 Hz"', own))
+    monkeypatch.setattr("jaxrotor.design.experiment.simulate", asked)
+    with pytest.raises(Asked) as told:
+        main(["optimize", str(tmp_path / "step.toml"), "--out", str(tmp_path / "best")])
+    t_end, rate, solver, *tolerances = told.value.args
+    assert (t_end, rate, tolerances) == (2.0, 500.0, [1e-5, 1e-8])
+    assert isinstance(solver, diffrax.Kvaerno5)
 
 
 def test_tuned_damper_as_published(tmp_path, capsys):
