@@ -129,7 +129,7 @@ def test_from_file_to_file(place, capsys):
         (("circular = true", 'start = "3 mm"'), "entry 2: start.*must be in rad"),
         (("circular = true", "circular = 1"), "circular must be true or false"),
         (("circular = true", 'bounds = "3 rad"'), "bounds must be two quantities"),
-        (("turns = 4", "turns = 0.5"), "turns must be 1 or more"),
+        (("turns = 4", "turns = 0.5"), "turns must be 1 at least, but is 0.5"),
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
         (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
