@@ -401,10 +401,6 @@ def test_results_of_inner_stations():
     [
         (dict(s=jr.Shaft(0.1, 0.02)), "`a`: has no mass of its own and no shaft with mass"),
         (
-            dict(s=jr.FiniteElementShaft(0.1, 0.02, elements=0)),
-            "`s`: elements must be a whole number, one at least, but is 0",
-        ),
-        (
             dict(s=jr.FiniteElementShaft([0.1, 0.2], [0.02, 0.02, 0.03])),
             "`s`: length, diameter, inner_diameter and end_diameter must be numbers or equally",
         ),

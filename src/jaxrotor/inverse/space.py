@@ -43,7 +43,7 @@ class Space(eqx.Module):
         return cls(
             jnp.asarray([one.start for one in found], float),
             jnp.asarray([one.scale for one in found], float),
-            jnp.asarray([one.bounds or (0.0, 1.0) for one in found], float),
+            jnp.asarray([(0.0, 1.0) if one.bounds is None else one.bounds for one in found], float),
             jnp.asarray([(one.prior or nothing)[0] for one in found], float),
             jnp.asarray([(one.prior or nothing)[1] for one in found], float),
             tuple(one.path for one in found),

@@ -44,7 +44,8 @@ class Machine(Part):
     - `gravity`: m/s², a vector in the global frame (z is the axis of rotation, y is up).
     - `fixed`: station -> the names of those of its coordinates that stay zero.
     - `prescribed`: station -> {coordinate: motion}. A held coordinate of a station with mass gets
-      the right inertia coupling, and its constraint force is the station's `reaction`.
+      the right inertia coupling, and its constraint force is the station's `reaction`. Held as `phi` is
+      how far the station has turned, chi = phi + psi theta/2 (docs/physics.md).
 
     Everything is checked here; an `InputError` says what is wrong, where, and what to do.
     """
