@@ -254,7 +254,8 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch, more):
     found = constrained(**more)
     assert found.interrupted and not found.converged and found.to_dict()["interrupted"]
     assert "! the search was interrupted" in str(found) and len(found.history[0]) == 7
-    places = [found.problem.space.values(x) / SIZES for x in seen]
+    space = found.problem.space
+    places = [np.asarray(space.values(x[: len(space)])) / SIZES for x in seen]
     missed = [
         max(
             (line(*x, 1.0) - LIMITS[0]) / LIMITS[0],

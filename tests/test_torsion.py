@@ -269,7 +269,9 @@ def test_interferences():
     assert found[0].speed == pytest.approx(first / 2)
     assert found[0].separation == pytest.approx(0.5 / 0.48 - 1)
     assert found[1].separation == pytest.approx(1 / 0.48 - 1)
-    with pytest.raises(jr.InputError, match="speeds must be a rising list of 2 numbers at least in rad/s"):
+    with pytest.raises(
+        jr.InputError, match="speeds must be a rising list of 2 numbers at least in rad/s"
+    ):
         jr.interferences(machine, (1,), (200.0, 100.0))
     pinned = jr.Machine.in_line({"d": jr.Rotor(1.0, 1.0, 1.0)}, fixed={"d": ("phi",)})
     with pytest.raises(jr.InputError, match="nothing can twist in this machine"):

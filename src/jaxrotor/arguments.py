@@ -149,7 +149,9 @@ def numbers(
             raise InputError(f"{place} must be finite{bound}, but holds {row[bad][0]:g}")
         if rising and not np.all(np.diff(row) > 0):
             raise InputError(f"{place} must be {words}, but {short(value)} does not rise")
-        if isinstance(value, (list, tuple)):  # plain numbers: options must hash, and have a truth value
+        if isinstance(
+            value, (list, tuple)
+        ):  # plain numbers: options must hash, and have a truth value
             return tuple(found.tolist())
         return value if isinstance(value, jax.Array) else found
 
