@@ -355,7 +355,7 @@ WRONG = {
     ),
     "`m`: orders must be positive, but is 0": jr.EngineTorque(1.0, [0], [1]),
     "`m`: torque_limit must be positive, but is -3 N.m": jr.SpeedGovernor(1.0, 1.0, 1.0, -3.0),
-    "`m`: pole_pairs must be a whole number, 1 at least, but is 0": jr.InductionMotor(
+    "pole_pairs must be a whole number from 1 to 1000, but is 0": lambda: jr.InductionMotor(
         1.0, 1.0, 0.2, 0.2, 0.1, 100.0, 50.0, pole_pairs=0
     ),
     "`m`: rotor_inductance must be more than the magnetizing inductance, 0.1 H, but is 0.05 H": (
@@ -367,4 +367,5 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG)
 def test_wrong_parts_are_refused(words):
     with pytest.raises(jr.InputError, match=words):
-        jr.Machine.in_line({"r": jr.Rotor(1.0, J, 0.012)}, attachments={"m": (WRONG[words], "r")})
+        wrong = WRONG[words]() if callable(WRONG[words]) else WRONG[words]
+        jr.Machine.in_line({"r": jr.Rotor(1.0, J, 0.012)}, attachments={"m": (wrong, "r")})
