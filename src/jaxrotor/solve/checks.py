@@ -19,6 +19,7 @@ from ..machine.system import assemble
 from ..machine.wiring import FIXED
 from ..parameter import is_concrete, known, numbers
 from ..protocol import AbstractPrescribed
+from .attitude import poles_passed
 from .blame import not_finite
 from .equilibrium import refuse_unbalanced
 from .response import Response, RunInfo
@@ -194,6 +195,8 @@ def judge(response: Response, initial, checks) -> None:
         remedy = "take a smaller step (step=...), or look for an instability of the machine there"
         if blame:
             remedy = f"{blame} there, so mend its law"
+        for name, at in list(poles_passed(kept))[:1]:
+            remedy += f" (theta of `{name}` had come to 90 degrees at t = {at:.6g} s)"
         raise SimulationFailed(
             f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
             f"and {t[sample]:.6g} s ({response.info.solver}, "

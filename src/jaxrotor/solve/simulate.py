@@ -162,8 +162,8 @@ def simulate(
         settings = jnp.asarray([rtol, atol, 0.0 if step is None else step])
         response, checks = run(solver, info, settings, progress)
     if concrete and is_concrete(response.y):
-        tell_attitude(response)
         judge(response, initial, checks)
+        tell_attitude(response)
         tell_error(response.info)
         tell_ranges(response)
     return response
