@@ -11,6 +11,8 @@ from ..protocol import AbstractAttachment, Energetic, Linear, Motion, Tabulated,
 # The coordinates (x, y, z, psi, theta, phi) in a mirror upright along the shaft, phi of the table being
 # positive.
 _MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+# What turns backward by less than this part of the table's highest speed is at rest.
+_AT_REST = 1e-9
 
 
 class LinearSupport(AbstractAttachment, Linear, Energetic):
@@ -95,7 +97,8 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
         turning = motions[-1][1][5]
         speed = jnp.abs(turning)
         k, c = (interpolate(self.speeds, x, speed) for x in (self.stiffness, self.damping))
-        seen = jnp.where(turning < 0, _MIRROR, 1.0)
+        # at rest the sign of a speed is that of its rounding
+        seen = jnp.where(turning < -_AT_REST * self.speeds[-1], _MIRROR, 1.0)
         force = -seen * (_matrix(k) @ (seen * q) + _matrix(c) @ (seen * v))
         return (force, *(jnp.zeros(6) for _ in motions[1:2]))
 
