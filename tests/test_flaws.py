@@ -93,7 +93,7 @@ def hinge(depth, position, angle, mix, yields=0.0):
 
 def energy_by_hand(shaft, qa, qb):
     """Beyond the sound section, from the flexibility of a cantilever."""
-    phi = 0.5 * (qa[5] + qb[5]) + 0.25 * (qa[3] * qa[4] + qb[3] * qb[4])
+    phi = 0.5 * (qa[5] + qb[5])  # how far both ends have turned: chi
     u = tip(qa, qb, phi)
     u = np.concatenate([u.real, u.imag])
     yields = float(shaft._yield()) if shaft.shear else 0.0

@@ -140,14 +140,15 @@ def bench(t, record):
         elastic = -torsion[0] @ phi - torsion[1] @ w
         elastic[0] += 400 * angle(t) + 0.1 * speed(t)
         rubber = 45.4 * ring + 0.32 * ring_t
-        a = (elastic + [rubber, 0, 0]) / polar
+        torque = elastic + [rubber, 0, 0]
+        a = torque / polar
         force = weight - lateral[0] @ u - lateral[1] @ v
         force[4] += oil(abs(w[2]), u[4], v[4])
         force[2] += 60 * np.cos(376.99112 * t)
         if 1.1 < t < 1.102:
             force[2] -= 0.5j * np.pi * 0.6 / 0.002 * np.sin(np.pi * (t - 1.1) / 0.002)
         s, s_t = u[1::2], v[1::2]
-        force[1::2] += 1j * polar * (w * s_t + a * s.real) - 0.5j * elastic * s.conj()
+        force[1::2] += 1j * polar * (w * s_t + a * s.real) - 0.5j * torque * s.conj()
         return np.concatenate([v, inverse @ force, w, [ring_t], a, [-rubber / 0.0128 - a[0]]])
 
     # at rest under the weight and the shaker's first push, on the film of the lowest speed
