@@ -225,10 +225,10 @@ def test_curves_that_touch_the_line_and_turn_back():
 @pytest.mark.parametrize(
     "options, words",
     [
-        (dict(order=0), "order must be positive, but is 0"),
-        (dict(speeds=(3.0, 1.0)), "speeds must be a rising range"),
-        (dict(whirl="sideways"), 'whirl must be "forward" or "backward", but is \'sideways\''),
-        (dict(count=0), "count must be one at least, but is 0"),
+        (dict(order=0), "order must be positive and finite, but is 0"),
+        (dict(speeds=(3.0, 1.0)), "speeds must be 2 rising numbers in rad/s"),
+        (dict(whirl="sideways"), "whirl must be 'forward' or 'backward', but is 'sideways'"),
+        (dict(count=0), "count must be a whole number, 1 at least, but is 0"),
     ],
 )
 def test_wrong_questions(options, words):

@@ -270,7 +270,10 @@ def test_refusals_name_the_place_and_the_remedy():
     cases = [
         (lambda: jr.full_spectrum(x, x[:-1], rate), "`y`: must have as many samples"),
         (lambda: jr.full_spectrum(x + 1j, x, rate), "`x`: must be real"),
-        (lambda: jr.full_spectrum(x, x, -1.0), "`sample_rate`: must be positive"),
+        (
+            lambda: jr.full_spectrum(x, x, -1.0),
+            "sample_rate must be positive and finite, but is -1 Hz",
+        ),
         (lambda: jr.full_spectrum(x, x, rate, "hamn"), "`window`: must be one that scipy"),
         (lambda: jr.full_spectrum(x * np.nan, x, rate), "`x`: must be finite, but sample 0"),
         (lambda: jr.order_tracking(x, back, rate), "`angle`: must rise .* after sample 999"),
@@ -278,14 +281,17 @@ def test_refusals_name_the_place_and_the_remedy():
         (lambda: jr.order_tracking(x, 0.001 * phi, rate), "`angle`: must make a whole turn"),
         (lambda: jr.order_tracking(x, phi, rate, (1, 30)), "`sample_rate`: must give 4 samples"),
         (lambda: jr.order_tracking(x, phi, rate, (1, 1.01)), "`orders`: must lie 1/4 from 0"),
-        (lambda: jr.order_tracking(x, phi, rate, (0, 1)), "`orders`: must be positive"),
+        (lambda: jr.order_tracking(x, phi, rate, (0, 1)), "`orders`: must be finite and above 0"),
         (lambda: jr.order_tracking(x, phi, rate, (1, 1)), "`orders`: must differ"),
         (lambda: jr.order_tracking(x, phi, rate, turns=99), "`turns`: .* has 40 whole turns"),
-        (lambda: jr.order_tracking(x, phi, rate, turns=0.5), "`turns`: must be a whole number"),
+        (
+            lambda: jr.order_tracking(x, phi, rate, turns=0.5),
+            "turns must be a whole number, 1 at least, but is 0.5",
+        ),
         (lambda: jr.waterfall(x, phi, rate, segment=9999), "`segment`: must not exceed"),
-        (lambda: jr.waterfall(x, phi, rate, overlap=1.0), "`overlap`: must be from 0"),
+        (lambda: jr.waterfall(x, phi, rate, overlap=1.0), "overlap must be 0 at least and below 1"),
         (lambda: jr.orbit(x, x, phi, rate, turns=41), "`turns`: .* has 40 whole turns"),
-        (lambda: jr.poincare(x, x, phi, rate, phase=np.inf), "`phase`: must be finite"),
+        (lambda: jr.poincare(x, x, phi, rate, phase=np.inf), "phase must be finite"),
         (lambda: jr.poincare(x, x, phi, rate, every=60), "`every`: must leave two points"),
         (lambda: jr.poincare(x, x[:5], phi, rate), "`v`: must be one row of 8 samples"),
     ]
@@ -463,14 +469,20 @@ def test_bifurcations_refuse():
         ),
         (
             lambda: jr.bifurcation(double_well(), speeds, "x", "disc"),
-            "`quantity`: must be a sensor",
+            "quantity must be an AbstractSensor, but is 'x'",
         ),
         (
             lambda: jr.bifurcation(double_well(), speeds, PROBE, "disk"),
             "`shaft`: there is no station `disk`",
         ),
-        (lambda: jr.bifurcation(double_well(), speeds, PROBE, "disc", keep=1), "`keep`: must be"),
-        (lambda: jr.OnceATurn(PROBE, "disc", 0), "keep must be 1 or more"),
+        (
+            lambda: jr.bifurcation(double_well(), speeds, PROBE, "disc", keep=1),
+            "keep must be a whole number, 2 at least",
+        ),
+        (
+            lambda: jr.OnceATurn(PROBE, "disc", 0),
+            "keep must be a whole number, 1 at least, but is 0",
+        ),
     ]
     for call, words in cases:
         with pytest.raises(jr.InputError, match=words):

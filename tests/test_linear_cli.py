@@ -72,8 +72,14 @@ def test_modes(study, capsys):
     "options, sentence",
     [
         (["campbell", "--to", "600 kg"], "`--to`: "),
-        (["campbell", "--points", "1"], "`--points`: must be two at least, but is 1"),
-        (["modes", "--count", "0"], "`--count`: must be one at least, but is 0"),
+        (
+            ["campbell", "--points", "1"],
+            "`--points`: must be a whole number from 2 to 1000000, but is 1",
+        ),
+        (
+            ["modes", "--count", "0"],
+            "`--count`: must be a whole number from 1 to 1000000, but is 0",
+        ),
         (["modes", "--speed", "fast"], "`--speed`: "),
     ],
 )

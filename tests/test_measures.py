@@ -351,7 +351,8 @@ def test_twist_of_geared_lines():
     motion[0] = np.array([0, 0, 0, 0, 0, 100.0 * 0.3])
     run = at_instants(machine, motion, 0 * motion, 0.3)
     for first, second in (("a", "b"), ("end", "b"), ("end", "a")):
-        want = run[second].phi - run[first].phi
+        a, b = (np.asarray(run[name].position) for name in (first, second))
+        want = (b[:, 5] + b[:, 3] * b[:, 4] / 2) - (a[:, 5] + a[:, 3] * a[:, 4] / 2)  # of chi
         np.testing.assert_allclose(q.Twist(first, second).signal(run), want, rtol=1e-12)
 
 

@@ -4,7 +4,7 @@ import functools
 import inspect
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from jaxtyping import AbstractArray
@@ -29,10 +29,15 @@ Gated = TypeVar("Gated")
 _PLAIN: dict[Any, Check] = {bool: flag, int: whole(0, LARGEST), float: number(), str: some_text}
 
 
+def _any_of(kinds: Iterable[type]) -> str:
+    names = [kind.__name__ for kind in kinds]
+    return " or ".join(f"an {n}" if n[0] in "AEIOU" else f"a {n}" for n in names)
+
+
 def either(kinds: type | tuple[type, ...], other: Check) -> Check:
     """One of these objects, or what the `other` check takes."""
     kinds = kinds if isinstance(kinds, tuple) else (kinds,)
-    words = " or ".join(f"a {kind.__name__}" for kind in kinds)
+    words = _any_of(kinds)
 
     def check(value: Any, place: str) -> Any:
         if isinstance(value, kinds):
@@ -70,7 +75,7 @@ def by_hint(hint: Any) -> Check | None:
     if not plain and not classes:
         return None
 
-    wanted = " or ".join(f"a {c.__name__}" for c in classes)
+    wanted = _any_of(classes)
     if plain and classes:
         return either(tuple(classes), plain[0])
 

@@ -299,7 +299,8 @@ def _hold(
 
     for name, coordinates in fixed.items():
         index = station(name, "fixed")
-        names(coordinates, f"fixed: coordinates of `{name}`")
+        if not isinstance(coordinates, (list, tuple)) or coordinates:  # none is a choice too
+            names(coordinates, f"fixed: coordinates of `{name}`")
         if isinstance(coordinates, str):
             coordinates = (coordinates,)
         held += [Held(index, coordinate(name, c), FIXED) for c in coordinates]
