@@ -95,7 +95,7 @@ def test_adaptive_stepping_is_refused():
 
 
 def test_order_out_of_range_is_refused():
-    with pytest.raises(ValueError, match="must be 2 to 7, but is 9"):
+    with pytest.raises(ValueError, match="order must be a whole number from 2 to 7, but is 9"):
         jr.ExponentialAdams(9)
 
 

@@ -60,7 +60,7 @@ def test_from_grade():
     unbalance = jr.Unbalance.from_grade(6.3, 3000 * np.pi / 30, angle=0.5)
     assert float(unbalance.eccentricity) == pytest.approx(20.05e-6, rel=1e-3)
     assert float(unbalance.angle) == 0.5
-    with pytest.raises(jr.InputError, match="speed must be positive, but is 0"):
+    with pytest.raises(jr.InputError, match="speed must be positive and finite, but is 0"):
         jr.Unbalance.from_grade(6.3, 0.0)
 
 

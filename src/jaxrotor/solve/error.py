@@ -62,6 +62,8 @@ def run_error(
     system = jax.tree.map(jax.lax.stop_gradient, system)
     through, push = flow
     d, count = through.shape[0], defects.shape[0]
+    if not d:  # all is held
+        return jnp.zeros(())
     levels = max(1, min(_LEVELS, 512 // d, count))
     edges = np.linspace(0, count, levels + 1).astype(int)
     speed = jax.vmap(lambda i: _speed(times[i], y[i], system))((edges[1:] + edges[:-1]) // 2)

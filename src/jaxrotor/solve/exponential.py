@@ -101,7 +101,7 @@ def _runge_kutta(N: Callable, weights, t, h, y: Vector) -> tuple[Vector, Float[A
 def _flow(weights: Float[Array, "d dkm"], k: int) -> tuple[Array, Array]:
     """From weights of (y, N, ..., N): those of all k together are what a constant N has."""
     d = weights.shape[0]
-    return weights[:, :d], weights[:, d:].reshape(d, k, -1).sum(axis=1)
+    return weights[:, :d], weights[:, d:].reshape(d, k, (weights.shape[1] - d) // k).sum(axis=1)
 
 
 def _result(ok) -> diffrax.RESULTS:
