@@ -69,8 +69,10 @@ def newton_root(
                 return share, jnp.all(jnp.isfinite(f(x - share * step))), k + 1
 
             # the whole step is the first half of two: the program of f stands here once
-            share, _, _ = jax.lax.while_loop(outside, halve, (2.0, jnp.array(False), 0))
-            return x - share * step, share * step, i + 1
+            share, inside, _ = jax.lax.while_loop(outside, halve, (2.0, jnp.array(False), 0))
+            # where no part of the step stays inside, this is as far as it gets
+            step = jnp.where(inside, share * step, 0.0)
+            return x - step, step, i + 1
 
         x, _, _ = jax.lax.while_loop(going, once, (x, jnp.full_like(x, jnp.inf), 0))
         return x
