@@ -32,7 +32,8 @@ gc.set_threshold(50_000, 20, 20)
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
-sweep uncertainty configs shafts_with_mass linear sweep_stores run_error critical bearings control identify torsion
+sweep uncertainty configs shafts_with_mass linear sweep_stores run_error critical bearings control
+identify torsion
 more_configs identify_cli contact flaws ross
 gradients governed_config energy identify_experiments couplings gears tracing report reference
 sweep_cli design_experiments measures optimize_cli optimize norms regulators diagnose
