@@ -23,14 +23,12 @@ def relative(motions: tuple[Motion, ...]) -> tuple[Float[Array, "2"], Float[Arra
     return q[:2] - motions[1][0][:2], v[:2] - motions[1][1][:2]
 
 
-def radially(
-    push: Callable[[Array], Array], e: Float[Array, "2"]
-) -> tuple[Float[Array, ""], Float[Array, "2"]]:
-    """Length of `e`, and the vector of size `push(length)` along it. `push(0)` must be zero: then the vector
-    is smooth where the centres meet, `push'(0) e`, though its direction is not."""
+def radially(push: Callable[[Array], Array], e: Float[Array, "2"]) -> Float[Array, "2"]:
+    """The vector of size `push(length of e)` along `e`. `push(0)` must be zero: then the vector is smooth
+    where the centres meet, `push'(0) e`, though its direction is not."""
     size, n = direction(e)
     start = jax.grad(push)(jnp.zeros_like(size))
-    return size, jnp.where(e @ e > _TOGETHER, push(size) * n, start * e)
+    return jnp.where(e @ e > _TOGETHER, push(size) * n, start * e)
 
 
 def direction(e: Float[Array, "2"]) -> tuple[Float[Array, ""], Float[Array, "2"]]:

@@ -75,7 +75,7 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
     def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
         size, n, _, closing, slip = self._place(motions)
         e = relative(motions)[0] - self.offset
-        _, normal = radially(lambda size: self._normal(size, closing), e)
+        normal = radially(lambda size: self._normal(size, closing), e)
         share = self._friction(jnp.ones_like(slip), slip)
         f = share * jnp.stack([-normal[1], normal[0]]) - normal
         along = share * (normal @ n)

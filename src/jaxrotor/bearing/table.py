@@ -43,8 +43,8 @@ class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
         _, r_t, _ = self._line(motions)
         zero, none = jnp.zeros_like(r_t), jnp.zeros(0)
         together = self.law.force(t, zero, r_t, none)
-        _, along = radially(lambda r: self.law.force(t, r, r_t, none) - together, e)
-        _, damped = radially(lambda rate: self.law.force(t, zero, rate, none), e_t)
+        along = radially(lambda r: self.law.force(t, r, r_t, none) - together, e)
+        damped = radially(lambda rate: self.law.force(t, zero, rate, none), e_t)
         return pushed(motions, -along - damped, zero, zero)
 
     def energy(self, t, motions: tuple[Motion, ...], state) -> Array:

@@ -241,7 +241,7 @@ class Machine(Part):
     def check(self) -> None:
         """Raises `InputError` for every parameter that is out of its bounds."""
         refuse([*_faults(self.elements(), self.gravity), *self._motion_faults()])
-        refuse([*massless(self)])
+        refuse(massless(self))
 
     def _motion_faults(self) -> list[str]:
         moved = [held for held in self.wiring.held if held.motion != FIXED]
