@@ -3,6 +3,7 @@ the README and the docs, run as tests."""
 
 import gc
 import os
+import sys
 from pathlib import Path
 
 os.environ["JAX_ENABLE_X64"] = "1"
@@ -43,6 +44,14 @@ sweep_cli design_experiments measures optimize_cli optimize norms regulators dia
 def pytest_collection_modifyitems(items):
     rank = {f"test_{name}": i for i, name in enumerate(LONG)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    """What a test drew ends with it: matplotlib warns of the twenty-first open figure, wherever it is made."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(autouse=True, scope="module")
