@@ -48,7 +48,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(autouse=True)
 def close_figures():
-    """What a test drew ends with it: matplotlib warns of the twenty-first open figure, wherever it is made."""
+    """A test's figures end with it: matplotlib warns of the twenty-first open one, whoever made them."""
     yield
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")

@@ -110,6 +110,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
     from jaxrotor.study import identified
 
     measure(jr.load("rig.toml"))
+    (place / "run.csv").write_text("rig 2, test 7\n" + (place / "run.csv").read_text())
     summary, seen = place / "results/rig_identify/summary.json", []
     identify, profiles = identified.identify, identified.profiles
 
@@ -126,7 +127,8 @@ def test_from_file_to_file(place, monkeypatch, capsys):
     assert main(["identify", "rig.toml"]) == 0
     assert not seen[1]["interrupted"]
     assert seen[1]["parameters"]["support.stiffness[0]"].keys() >= {"value", "std", "interval_95"}
-    said = capsys.readouterr().out
+    said, noted = capsys.readouterr()
+    assert "! `run.csv`: 1 line before the names of the columns left out" in noted
     assert "disc.unbalance.eccentricity" in said and "!" not in said
     assert "by profile" in said
     folder = place / "results/rig_identify"

@@ -146,7 +146,11 @@ from .elastic import (
     UniversalJoint as UniversalJoint,
     keyway as keyway,
 )
-from .errors import InputError as InputError, SimulationFailed as SimulationFailed
+from .errors import (
+    InputError as InputError,
+    SimulationFailed as SimulationFailed,
+    SimulationInterrupted as SimulationInterrupted,
+)
 from .inertia import (
     Imperfection as Imperfection,
     Node as Node,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError
-from .interrupt import INTERRUPTED, interrupted, is_command_line, raise_from_now_on
+from .interrupt import INTERRUPTED, interrupted, is_command_line, raise_from_now_on, time_limit
 
 OK, INPUT, FAILED = 0, 2, 3
 
@@ -65,8 +65,8 @@ what `run` writes:
   *.png          the figures
 
 exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
-what was computed before is kept; 130 interrupted: `identify` and `optimize` keep what they had found so
-far, `sweep` what it had run (see --resume), the others nothing.
+what was computed before is kept; 130 stopped by Ctrl-C, SIGTERM or --time-limit: `run` keeps the samples,
+`identify` and `optimize` what they had found so far, `sweep` what it had run (see --resume).
 """
 
 _OPTIMIZE = """\
@@ -238,6 +238,12 @@ def parser() -> argparse.ArgumentParser:
     many.add_argument(
         "--force", action="store_true", help="write into a folder in use, over a stopped sweep too"
     )
+    for lasting in (run, found, best, many):
+        lasting.add_argument(
+            "--time-limit",
+            metavar="TIME",
+            help='stop after such as "30 min", and keep what there is',
+        )
     return top
 
 
@@ -253,6 +259,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return OK
     try:
         _set_up()
+        limit = _limit(getattr(given, "time_limit", None))
         commands = {
             "run": _run,
             "check": _check,
@@ -264,7 +271,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "optimize": _optimize,
             "sweep": _sweep,
         }
-        return commands[given.command](given)
+        with time_limit(limit):
+            return commands[given.command](given)
     except InputError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
@@ -284,11 +292,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _stopped(words: str, alone: bool) -> int:
-    print(f"\nInterrupted: {words or 'nothing was written'}.", file=sys.stderr, flush=True)
+    why = interrupted() or "Interrupted"
+    print(f"\n{why}: {words or 'nothing was written'}.", file=sys.stderr, flush=True)
     if alone:
         # Compiled code runs on in threads, and an orderly exit would wait for its end.
         os._exit(INTERRUPTED)
     return INTERRUPTED
+
+
+def _limit(text: str | None) -> float | None:
+    from .study.options import quantity_of
+
+    seconds = quantity_of(text, "s", "--time-limit")
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise InputError(f"`--time-limit`: must be positive, but is {text}")
+    return seconds
 
 
 def version() -> str:

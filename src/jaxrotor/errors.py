@@ -26,3 +26,11 @@ class SimulationFailed(RuntimeError):
     def __init__(self, message: str, response):
         self.response = response
         super().__init__(message)
+
+
+class SimulationInterrupted(KeyboardInterrupt):
+    """A run that was stopped before its end. `response` holds what had been computed before."""
+
+    def __init__(self, message: str, response):
+        self.response = response
+        super().__init__(message)

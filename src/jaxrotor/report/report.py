@@ -99,17 +99,21 @@ def _chart(response: Response, wanted: Any) -> Figure:
 
 
 def write_report(
-    study: Any, response: Response, folder: Path, extra: dict[str, Any] | None = None
+    study: Any,
+    response: Response,
+    folder: Path,
+    extra: dict[str, Any] | None = None,
+    draw: bool = True,
 ) -> list[Path]:
     """Draws every figure as PNG and writes `summary.json` into `folder`; returns their paths.
 
     `study` (or `None`) gives title, source, and which figures to draw; `extra` is added to the
-    summary. Each file is written whole or not at all.
+    summary; `draw=False` leaves the figures out. Each file is written whole or not at all.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, draw in figures(response, study).items():
-        fig = draw()
+    for name, drawn in figures(response, study).items() if draw else ():
+        fig = drawn()
         with written_whole(folder / f"{name}.png") as part:
             fig.savefig(part, dpi=150, format="png")
         close([fig])

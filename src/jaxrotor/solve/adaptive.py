@@ -6,15 +6,19 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix as optx
 from jaxtyping import Array, Float
 
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..protocol import NonSmooth
 from .grid import Ticking
+from .progress import hand_over, handing
 from .rosenbrock import Rosenbrock
 
 _MOST_STEPS = 2**22
+# Part of a run below which a step is given up: no error is small enough, as where a force is not a number.
+_LEAST = 1e-20
 
 
 def is_smooth(machine: Machine) -> bool:
@@ -44,6 +48,13 @@ def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Ar
     return relative, jnp.concatenate([atol + rtol * angle, jnp.full(n + states, atol)])
 
 
+def _size(x: Any) -> Array:
+    """The root mean square, and infinite where it is not a number: then the step shrinks, and is given up in
+    the end, where a step of no length would be tried for ever."""
+    size = optx.rms_norm(x)
+    return jnp.where(jnp.isnan(size), jnp.inf, size)
+
+
 def adaptive_samples(
     solver: diffrax.AbstractSolver,
     terms: diffrax.AbstractTerm,
@@ -55,26 +66,31 @@ def adaptive_samples(
     atol: Any,
     step: Any = None,
     adjoint: diffrax.AbstractAdjoint | None = None,
-    meter: diffrax.AbstractProgressMeter | None = None,
+    told: bool = False,
     ticking: Ticking | None = None,
 ) -> tuple[Float[Array, "nt d"], Array]:
     """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
-    fixed length (s) in place of the tolerances."""
+    fixed length (s) in place of the tolerances. `told`: the samples are handed over while they come."""
+    least = _LEAST * samples[-1]
     if step is None:
-        controller: Any = diffrax.PIDController(rtol=rtol, atol=atol)
+        controller: Any = diffrax.PIDController(
+            rtol, atol, dtmin=least, force_dtmin=False, norm=_size
+        )
     else:
         controller = diffrax.ConstantStepSize()
     if jumps.size:
         if step is not None:  # only an adaptive controller can be made to land on the jumps
             # back to the full step at once: a step grown from a short one has that one's derivative, enlarged
-            controller = diffrax.PIDController(0.0, 1e300, dtmax=step, factormax=1e30)
+            controller = diffrax.PIDController(
+                0.0, 1e300, dtmin=least, dtmax=step, factormax=1e30, force_dtmin=False, norm=_size
+            )
         inside = (jumps > samples[0]) & (jumps < samples[-1])
         controller = diffrax.ClipStepSizeController(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
         )
     options: dict[str, Any] = {} if adjoint is None else dict(adjoint=adjoint)
 
-    def solve(start, end, y, saveat, **more):
+    def solve(start, end, y, saveat):
         return diffrax.diffeqsolve(
             terms,
             solver,
@@ -88,24 +104,30 @@ def adaptive_samples(
             max_steps=_MOST_STEPS,
             throw=False,
             **options,
-            **more,
         )
 
     if ticking is None:
-        more = {} if meter is None else dict(progress_meter=meter)
-        solution = solve(samples[0], samples[-1], y0, diffrax.SaveAt(ts=samples), **more)
+        saved = dict(fn=handing) if told else {}
+        solution = solve(samples[0], samples[-1], y0, diffrax.SaveAt(ts=samples, **saved))
         states, steps = solution.ys, solution.stats["num_steps"]
     else:  # afresh from one instant of the grid to the next
         times, due = ticking.fine(samples), jnp.asarray(ticking.due)
 
+        sampled = np.arange(times.size) % ticking.refine == 0
+
         def interval(y, x):
-            start, end, now = x
+            start, end, now, sample = x
             solution = solve(start, end, y, diffrax.SaveAt(t1=True))
             y = ticking.tick(end, solution.ys[0], now)  # pyright: ignore
+            if told:
+                hand_over(end, y[None], sample[None])
             return y, (y, solution.stats["num_steps"])
 
         y0 = ticking.tick(samples[0], y0, due[0])
-        _, (states, counts) = jax.lax.scan(interval, y0, (times[:-1], times[1:], due[1:]))
+        if told:
+            hand_over(times[0], y0[None], jnp.ones(1, bool))
+        xs = (times[:-1], times[1:], due[1:], jnp.asarray(sampled[1:]))
+        _, (states, counts) = jax.lax.scan(interval, y0, xs)
         states = jnp.concatenate([y0[None], states])[:: ticking.refine]
         steps = jnp.sum(counts)
     return jnp.where(jnp.isfinite(states), states, jnp.nan), steps  # pyright: ignore

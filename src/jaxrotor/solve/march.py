@@ -18,7 +18,7 @@ from jaxtyping import Array, Bool, Float
 
 from .exponential import AbstractExponential
 from .knots import Knots, held_within
-from .progress import report
+from .progress import PARTS, hand_over
 
 
 def march(
@@ -28,7 +28,7 @@ def march(
     y0: Float[Array, " d"],
     args: Any,
     state: Any,
-    every: int = 0,
+    told: bool = False,
     ticks: tuple[Callable[[Any, Array, Array], Array], Bool[Array, "n clocks"]] | None = None,
     watch: Callable[[Float[Array, " b"], Float[Array, "b d"]], Any] | None = None,
 ) -> Any:
@@ -37,8 +37,9 @@ def march(
     Where the force jumps the step starts afresh, and no step looks at the force beyond its own side of a
     jump. `state` is what the solver's `init` gave; only its memory is carried, for in reverse mode each
     carried array is kept at every step. Where it holds a `Defect`, those of the intervals are returned with
-    the states, (n-1, m). Progress is told of `every` so many samples. `ticks`: what changes the state at
-    knots where some clock is due, and when each is; what is returned is the state behind it.
+    the states, (n-1, m). `told`: the samples are handed over, part by part, while they come.
+    `ticks`: what changes the state at knots where some clock is due, and when each is; what is returned is
+    the state behind it.
     `watch`: what is kept of a block of instants and states, of all of them in turn, in place of the states;
     then only the states between blocks are held, and in reverse mode two levels of them.
     """
@@ -52,9 +53,7 @@ def march(
     @jax.checkpoint
     def body(carry, x):
         y, memory = carry
-        t0, t1, jump, i, which, piece, now = x
-        if every:
-            report(i, every)
+        t0, t1, jump, which, piece, now = x
         begun = eqx.tree_at(lambda s: s.memory, state, memory)
         seen = terms
         if piece is not None:
@@ -71,31 +70,46 @@ def march(
         defect, r = memory.defect.told()  # pyright: ignore[reportOptionalMemberAccess]
         return (y, eqx.tree_at(lambda m: m.defect, memory, defect)), (y, r)
 
-    # samples that are reached: jumps between them do not count
-    reached = jnp.cumsum(jnp.zeros(times.shape, int).at[knots.samples].set(1))[1:]
     now = None if due is None else due[1:]
-    xs = (times[:-1], times[1:], jumps[:-1], reached, knots.which, knots.piece, now)
+    xs = (times[:-1], times[1:], jumps[:-1], knots.which, knots.piece, now)
     begin = (y0, state.memory)
-    if watch is None:
+    count = times.size - 1
+    if watch is None and not told:
         _, found = jax.lax.scan(body, begin, xs)
         ys, defects = found if judged else (found, None)
         ys = jnp.concatenate([y0[None], ys])
         return (ys, defects) if judged else ys
     # whole blocks: beyond the end the last interval is gone through again and again, and left out
-    count = reached.size
-    length = max(1, round(math.sqrt(count)))
+    length = max(1, round(math.sqrt(count))) if watch is not None else -(-count // PARTS)
     rows = -(-count // length)
     at = np.minimum(np.arange(rows * length), count - 1).reshape(rows, length)
-
-    @jax.checkpoint
-    def block(carry, xs):
-        carry, ys = jax.lax.scan(body, carry, xs)
-        return carry, watch(xs[1], ys)
-
-    _, kept = jax.lax.scan(block, begin, jax.tree.map(lambda x: x[at], xs))
-    first = watch(times[:1], y0[None])
+    xs = jax.tree.map(lambda x: x[at], xs)
 
     def joined(start, rest):
         return jnp.concatenate([start, rest.reshape(-1, *rest.shape[2:])[:count]])
 
-    return jax.tree.map(joined, first, kept)
+    if watch is not None:
+
+        @jax.checkpoint
+        def block(carry, xs):
+            carry, ys = jax.lax.scan(body, carry, xs)
+            return carry, watch(xs[1], ys)
+
+        _, kept = jax.lax.scan(block, begin, xs)
+        return jax.tree.map(joined, watch(times[:1], y0[None]), kept)
+
+    sampled = jnp.zeros(times.shape, bool).at[knots.samples].set(True)
+    new = sampled[1:][at] & (np.arange(rows * length).reshape(rows, length) < count)
+
+    def part(carry, x):
+        xs, new = x
+        carry, found = jax.lax.scan(body, carry, xs)
+        hand_over(xs[1][-1], found[0] if judged else found, new)
+        return carry, found
+
+    hand_over(times[0] - 1.0, y0[None], sampled[:1])
+    _, found = jax.lax.scan(part, begin, (xs, new))
+    ys = joined(y0[None], found[0] if judged else found)
+    if not judged:
+        return ys
+    return ys, found[1].reshape(-1, *found[1].shape[2:])[:count]

@@ -2,6 +2,8 @@
 
 import dataclasses
 import time
+from contextlib import nullcontext
+from functools import partial
 from typing import Any, Literal
 
 import diffrax
@@ -11,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..arguments import number, positive
-from ..errors import InputError
+from ..errors import InputError, SimulationInterrupted
 from ..gate import either, takes
 from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
@@ -36,7 +38,7 @@ from .grid import Grid, Ticking, grid_of
 from .knots import knots
 from .march import march
 from .plan import Plan, bucket, plan as make_plan, refined, top_speed, unresolved
-from .progress import meter, progress_bar
+from .progress import interruptible, progress_bar
 from .ranges import tell_ranges
 from .response import Response, RunInfo
 from .state import State, to_flat
@@ -90,8 +92,9 @@ def simulate(
       two seconds.
 
     Raises `InputError` for wrong input, before anything runs, and `SimulationFailed`, with the
-    samples up to there, where the numbers leave the finite ones. In a batch (under `vmap`) a member
-    that fails is NaN from there on, the others unharmed.
+    samples up to there, where the numbers leave the finite ones; `SimulationInterrupted`, a
+    `KeyboardInterrupt` with the samples so far, where Ctrl-C stops a run that lasts over two seconds. In a
+    batch (under `vmap`) a member that fails is NaN from there on, the others unharmed.
     """
     require_x64()
     check_solver(machine, solver, step, rtol, atol)
@@ -107,22 +110,25 @@ def simulate(
     def run(solver, info, settings, bar):
         began = time.perf_counter()
         expected = None if info.substeps is None else count * info.substeps
-        with progress_bar(count, expected, bar if concrete else False) as every:
-            fixed = step is not None
-            y, steps, checks, error = _run(
-                machine,
-                initial,
-                speed,
-                solver,
-                interval,
-                settings,
-                count,
-                fixed,
-                adjoint,
-                every,
-                grid,
-                concrete,
-            )
+        with progress_bar(count, expected, bar) if concrete else nullcontext() as under_way:
+            told = under_way is not None
+            given = (machine, initial, speed, solver, interval, settings, count, step is not None)
+            call = partial(_run, *given, adjoint, told, grid, concrete)
+            try:
+                found = interruptible(lambda: jax.block_until_ready(call())) if told else call()
+            except (Exception, KeyboardInterrupt):
+                y = under_way.so_far() if told and under_way.stop else None
+                if y is None:
+                    raise
+                t = jnp.arange(len(y)) * interval
+                seconds = jnp.asarray(time.perf_counter() - began)
+                raise SimulationInterrupted(
+                    f"the simulation was stopped at t = {float(t[-1]):.6g} s of {t_end:g} s",
+                    Response(
+                        machine, t, jnp.asarray(y), dataclasses.replace(info, seconds=seconds)
+                    ),
+                ) from None
+            y, steps, checks, error = found
             if concrete:
                 jax.block_until_ready(y)
         info = dataclasses.replace(
@@ -228,7 +234,7 @@ def _run(
     count,
     fixed,
     adjoint,
-    every,
+    told: bool,
     grid: Grid | None,
     judged: bool,
 ):
@@ -253,7 +259,7 @@ def _run(
         if by_speed is not None:
             by_speed = (by_speed, settings[0])
         y = march_samples(
-            solver, A, terms, samples, jumps, y0, system, every, ticking, judge=by_speed
+            solver, A, terms, samples, jumps, y0, system, told, ticking, judge=by_speed
         )
         y, error = y if by_speed is not None else (y, None)
         steps = jnp.asarray((count - 1) * solver.substeps)
@@ -272,7 +278,7 @@ def _run(
             absolute,
             length,
             adjoint,
-            meter(count, every),
+            told,
             ticking,
         )
     return y, steps, checks, error
@@ -311,7 +317,7 @@ def march_samples(
     jumps,
     y0,
     system,
-    every=0,
+    told: bool = False,
     ticking: Ticking | None = None,
     watch=None,
     judge: tuple[Array, Array] | None = None,
@@ -339,8 +345,7 @@ def march_samples(
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
-    told = at._replace(samples=wanted)  # progress counts these
-    found = march(solver, terms, told, y0, system, state, every, ticks, watch)
+    found = march(solver, terms, at._replace(samples=wanted), y0, system, state, told, ticks, watch)
     if judge is not None:
         y, defects = found
         step = (samples[1] - samples[0]) / solver.substeps

@@ -1,5 +1,6 @@
 """What `jaxrotor identify` does with the [identify] section of a study."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,13 @@ _OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver", "rtol", "atol")
 
 
 def identify_study(study: Study, progress: bool | None = None) -> Identification:
-    """Runs the identification that the study asks for."""
-    return identify(**_arguments(study), progress=progress)
+    """Runs the identification that the study asks for. What was found out about the files is said, unless
+    `progress` is `False`."""
+    given = _arguments(study)
+    for trial in given["data"] if progress is not False else ():
+        for note in trial.record.notes:
+            print(f"! {note}", file=sys.stderr)
+    return identify(**given, progress=progress)
 
 
 def check_identify(study: Study) -> None:

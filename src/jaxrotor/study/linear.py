@@ -7,7 +7,7 @@ import numpy as np
 from ..arguments import whole
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
-from .options import RPM, positive, reach_of, speed_of, study_name
+from .options import RPM, positive, quantity_of, reach_of, study_name
 from .study import Study
 from .written import save_figure, save_table
 
@@ -20,7 +20,7 @@ def run_modes(
     from ..linear.linearise import linearize
     from ..linear.modes import modes, table
 
-    at = speed_of(speed, "--speed") or 0.0
+    at = quantity_of(speed, "rad/s", "--speed") or 0.0
     model = linearize(study.machine, at)
     found = modes(model, positive(count, "--count"))
     print(f"{study.title or study.name}: modes at {at * RPM:.6g} rpm ({at:.6g} rad/s)")

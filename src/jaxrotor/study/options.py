@@ -1,4 +1,4 @@
-"""Options of the command line that several commands of linear analysis share."""
+"""Options of the command line that several commands share."""
 
 import math
 from typing import TYPE_CHECKING
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 RPM = 30 / math.pi  # in a rad/s
 
 
-def speed_of(text: str | None, option: str) -> float | None:
-    """An option such as "3000 rpm", rad/s."""
+def quantity_of(text: str | None, unit: str, option: str) -> float | None:
+    """An option such as "3000 rpm", in `unit`."""
     if text is None:
         return None
     try:
-        return float(read(text, "rad/s"))
+        return float(read(text, unit))
     except ValueError as error:
         raise InputError(f"`{option}`: {error}") from None
 
@@ -27,7 +27,7 @@ def reach_of(study: "Study", top: str | None) -> float:
     """The highest speed, rad/s: as asked, else 1.2 of the drive's."""
     from ..solve.plan import top_speed
 
-    reach = speed_of(top, "--to")
+    reach = quantity_of(top, "rad/s", "--to")
     if reach is None and study.simulation is not None:
         reach = 1.2 * top_speed(study.machine, study.settings.t_end, study.settings.speed)[1]
     if reach is None or not reach > 0:

@@ -9,7 +9,7 @@ import numpy as np
 from ..arguments import whole
 from ..errors import InputError
 from ..files import folder_written_whole, save_json
-from .options import RPM, names_of, reach_of, speed_of, study_name
+from .options import RPM, names_of, quantity_of, reach_of, study_name
 from .peaks import sampled
 from .study import Study
 from .written import save_figure, save_table
@@ -48,7 +48,7 @@ def run_response(
         found = critical_modes(machine, speeds=(0.0, reach))
         critical = np.array([m.frequency for m in found if m.kind == "lateral"])
     else:
-        forces, turning = names_of(force_at), speed_of(speed, "--speed") or 0.0
+        forces, turning = names_of(force_at), quantity_of(speed, "rad/s", "--speed") or 0.0
         critical = np.zeros(0)
 
     def respond(along: np.ndarray) -> FrequencyResponse:

@@ -3,16 +3,17 @@
 import json
 import platform
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..errors import SimulationFailed
+from ..errors import SimulationFailed, SimulationInterrupted
 from ..files import folder_written_whole
+from ..interrupt import finishing, interrupted
+from ..solve.progress import Interrupted, interruptible
 from .options import study_name
 from .study import Study
 
@@ -24,26 +25,45 @@ _SAMPLES = 5
 def run_study(
     study: Study, out: Path | None = None, quiet: bool = False, force: bool = False
 ) -> int:
-    """Returns the exit status: 0, or 3 where the simulation failed (what it had is written)."""
+    """Returns the exit status: 0, or 3 where the simulation failed. What a run had that failed or was stopped
+    is written; a stopped one then raises `KeyboardInterrupt`."""
     from ..report import summary_table, write_report
 
     folder = out if out is not None else Path("results") / study.name
-    failure: SimulationFailed | None = None
+    failure: SimulationFailed | SimulationInterrupted | None = None
     began = time.perf_counter()
     with folder_written_whole(folder, force) as part:
         try:
             watched = not quiet and sys.stderr.isatty()
             if watched:
                 print(f"{study.title or study.name}: compiling, then simulating", file=sys.stderr)
-            response = _interruptible(lambda: study.run(progress=watched))
-        except SimulationFailed as error:
+            shown = False if quiet else True if watched else None
+            response = interruptible(lambda: study.run(progress=shown))
+        except (SimulationFailed, SimulationInterrupted) as error:
             failure, response = error, error.response
+        except Interrupted as stopped:
+            if stopped.value is None:
+                raise
+            response = stopped.value
+            failure = SimulationInterrupted(
+                "the simulation was finished, not its figures", response
+            )
         seconds = time.perf_counter() - began
-        extra = _extra(study, response, seconds, failure)
-        response.save(part / "response.nc")
+        with finishing():
+            extra = _extra(study, response, seconds, failure)
+            response.save(part / "response.nc")
         trouble: Exception | None = None
         try:
-            write_report(study, response, part, extra)
+            if interrupted() and failure is None:
+                raise KeyboardInterrupt
+            # who stops a run wants to go on, and a batch system gives it half a minute
+            stopped = isinstance(failure, SimulationInterrupted)
+            write_report(study, response, part, extra, draw=not stopped)
+        except KeyboardInterrupt:
+            failure = failure or SimulationInterrupted("the figures are missing", response)
+            with finishing():
+                extra = _extra(study, response, seconds, failure)
+                write_report(study, response, part, extra, draw=False)
         except Exception as error:
             # The data are what counts, and took the time: they are kept, whatever a figure lacks.
             trouble = error
@@ -53,7 +73,10 @@ def run_study(
     if failure is not None:
         if trouble is not None:
             print(f"No figures of the failed run: {trouble}", file=sys.stderr)
-        print(f"{failure}\nWhat was computed before is in {folder}/response.nc", file=sys.stderr)
+        kept = f"What was computed before is in {folder}/response.nc"
+        if isinstance(failure, SimulationInterrupted):
+            raise KeyboardInterrupt(f"{failure}. {kept}")
+        print(f"{failure}\n{kept}", file=sys.stderr)
         return FAILED
     if trouble is not None:
         print(f"The figures failed, but the data are in {folder}/response.nc", file=sys.stderr)
@@ -80,28 +103,7 @@ def _too_coarse(stations: Iterable[str], response: Any) -> str | None:
     )
 
 
-def _interruptible(work: Callable[[], Any]) -> Any:
-    """`work()`, in another thread: Ctrl-C reaches Python only between compiled calls, and one such
-    call may take minutes.
-    """
-    outcome: dict[str, Any] = {}
-
-    def target() -> None:
-        try:
-            outcome["value"] = work()
-        except BaseException as error:
-            outcome["error"] = error
-
-    thread = threading.Thread(target=target, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.1)  # without a time this would not be interruptible either
-    if "error" in outcome:
-        raise outcome["error"]
-    return outcome["value"]
-
-
-def _extra(study: Study, response: Any, seconds: float, failure: Exception | None) -> dict:
+def _extra(study: Study, response: Any, seconds: float, failure: BaseException | None) -> dict:
     """What the summary says of the run beside its physics."""
     from ..solve.export import versions
 
@@ -113,5 +115,6 @@ def _extra(study: Study, response: Any, seconds: float, failure: Exception | Non
         "versions": {"python": platform.python_version(), **versions()},
         "timings": {"simulation_s": round(seconds, 3)},  # compiling included
         "solver": response.stats,
+        "interrupted": isinstance(failure, SimulationInterrupted),
         "failed": None if failure is None else str(failure),
     }

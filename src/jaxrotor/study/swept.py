@@ -12,11 +12,11 @@ import xarray as xr
 
 from ..errors import InputError
 from ..files import check_folder, save_json
+from ..solve.progress import interruptible
 from ..sweep.store import state_of
 from ..sweep.sweep import asked, sweep
 from .drawn import figures_of
 from .options import study_name
-from .run import _interruptible
 from .study import Study
 from .sweep import Sweep
 from .told import summary_of, table_of
@@ -82,7 +82,7 @@ def run_sweep(
         print(f"{study.title or study.name}: compiling, then {words}", file=sys.stderr)
     with _replaced(folder, store, resume):
         try:
-            found = _interruptible(
+            found = interruptible(
                 lambda: sweep_study(study, store, progress=watched, resume=resume)
             )
         except KeyboardInterrupt:

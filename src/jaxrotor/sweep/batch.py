@@ -119,7 +119,7 @@ def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) ->
         A = setup.linear
         if A is None:
             A = jacobian(assemble(machine, nominal=True), setup.linearised_at)
-        return march_samples(solver, A, terms, samples, jumps, y0, system, 0, ticking, watch)
+        return march_samples(solver, A, terms, samples, jumps, y0, system, False, ticking, watch)
     relative, absolute = tolerances(system, setup.numbers[0], setup.numbers[1])
     y, _ = adaptive_samples(
         solver, terms, samples, jumps, y0, system, relative, absolute, setup.step, ticking=ticking
