@@ -148,7 +148,7 @@ class Wall(jr.AbstractAttachment):
     ],
 )
 def test_a_law_that_is_not_finite_is_named(reach, raised, solver):
-    """Adaptive solvers end too: no step is short enough there, and one of no length would be tried for ever."""
+    """Adaptive solvers end too: one of no length would be tried for ever, where no step is short enough."""
     machine = jr.Machine.in_line(
         {"disc": jr.Rotor(1.0, 0.01, 0.006)},
         attachments={

@@ -6,19 +6,17 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Array, Float
 
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..protocol import NonSmooth
+from .controller import adapting
 from .grid import Ticking
 from .progress import hand_over, handing
 from .rosenbrock import Rosenbrock
 
 _MOST_STEPS = 2**22
-# Part of a run below which a step is given up: no error is small enough, as where a force is not a number.
-_LEAST = 1e-20
 
 
 def is_smooth(machine: Machine) -> bool:
@@ -48,13 +46,6 @@ def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Ar
     return relative, jnp.concatenate([atol + rtol * angle, jnp.full(n + states, atol)])
 
 
-def _size(x: Any) -> Array:
-    """The root mean square, and infinite where it is not a number: then the step shrinks, and is given up in
-    the end, where a step of no length would be tried for ever."""
-    size = optx.rms_norm(x)
-    return jnp.where(jnp.isnan(size), jnp.inf, size)
-
-
 def adaptive_samples(
     solver: diffrax.AbstractSolver,
     terms: diffrax.AbstractTerm,
@@ -71,19 +62,14 @@ def adaptive_samples(
 ) -> tuple[Float[Array, "nt d"], Array]:
     """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
     fixed length (s) in place of the tolerances. `told`: the samples are handed over while they come."""
-    least = _LEAST * samples[-1]
     if step is None:
-        controller: Any = diffrax.PIDController(
-            rtol, atol, dtmin=least, force_dtmin=False, norm=_size
-        )
+        controller: Any = adapting(rtol, atol)
     else:
         controller = diffrax.ConstantStepSize()
     if jumps.size:
         if step is not None:  # only an adaptive controller can be made to land on the jumps
             # back to the full step at once: a step grown from a short one has that one's derivative, enlarged
-            controller = diffrax.PIDController(
-                0.0, 1e300, dtmin=least, dtmax=step, factormax=1e30, force_dtmin=False, norm=_size
-            )
+            controller = adapting(0.0, 1e300, dtmax=step, factormax=1e30)
         inside = (jumps > samples[0]) & (jumps < samples[-1])
         controller = diffrax.ClipStepSizeController(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
