@@ -105,17 +105,21 @@ def simulate(
     interval = jnp.asarray(1.0 / sample_rate, float)
     grid = grid_of(machine, sample_rate)
     refuse_sampled_whirl(initial, grid is not None)
-    concrete = all(is_concrete(x) for x in jax.tree.leaves((machine, speed, initial)))
+    given = jax.tree.leaves((machine, speed, initial))
+    concrete = all(is_concrete(x) for x in given)
+    # derivatives are traced through known values: each thread has transformations of its own
+    alone = not any(isinstance(x, jax.core.Tracer) for x in given)
 
     def run(solver, info, settings, bar):
         began = time.perf_counter()
         expected = None if info.substeps is None else count * info.substeps
         with progress_bar(count, expected, bar) if concrete else nullcontext() as under_way:
             told = under_way is not None
-            given = (machine, initial, speed, solver, interval, settings, count, step is not None)
-            call = partial(_run, *given, adjoint, told, grid, concrete)
+            asked = (machine, initial, speed, solver, interval, settings, count, step is not None)
+            call = partial(_run, *asked, adjoint, told, grid, concrete)
             try:
-                found = interruptible(lambda: jax.block_until_ready(call())) if told else call()
+                apart = told and alone
+                found = interruptible(lambda: jax.block_until_ready(call())) if apart else call()
             except (Exception, KeyboardInterrupt):
                 y = under_way.so_far() if told and under_way.stop else None
                 if y is None:
