@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import jaxrotor as jr
 from jaxrotor.elastic.crack_compliance import crack_compliance
-from jaxrotor.solve.adaptive import is_smooth
+from jaxrotor.solve.solver import is_smooth
 
 E, G = 2.1e11, 8.1e10  # jr.STEEL
 NU = E / (2 * G) - 1

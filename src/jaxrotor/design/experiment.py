@@ -14,12 +14,10 @@ from ..arguments import number, positive
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..part import Part, option
-from ..solve.adaptive import solver_for
-from ..solve.checks import is_driven
-from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
 from ..solve.response import Response
 from ..solve.simulate import simulate
+from ..solve.solver import is_planned, solver_for
 from .criterion import Criterion
 from .variations import Variations
 
@@ -123,7 +121,7 @@ class Transient(AbstractExperiment):
         if self.variations is not None:
             self.variations.check(machine)
         solver, step, adjoint = solver_for(machine, self.solver), self.step, self.adjoint
-        adaptive = solver is not None and not isinstance(solver, AbstractExponential)
+        adaptive = not is_planned(solver)
         if adaptive and adjoint is None:
             adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()
         if not adaptive and step is None:
@@ -132,7 +130,7 @@ class Transient(AbstractExperiment):
 
 
 def _planned(machine: Machine, run: Transient) -> Plan:
-    if is_driven(machine):
+    if machine.is_driven:
         return plan(machine, run.t_end, run.sample_rate, run.speed)
     # what speed a line without a drive reaches is known when it has run
     info = simulate(machine, run.t_end, run.sample_rate, run.initial, run.speed).info

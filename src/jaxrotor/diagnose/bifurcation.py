@@ -13,7 +13,6 @@ from ..gate import takes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..measure.sensor import AbstractSensor
-from ..solve.checks import is_driven
 from ..sweep.cases import Cases, as_cases
 from ..sweep.checks import check_cases
 from ..sweep.planning import _speeds_of
@@ -135,7 +134,7 @@ def bifurcation(
 
 def _constant_speeds(machine: Machine, cases: Cases, turns: int) -> np.ndarray:
     """(n,), rad/s, of the drive, which keeps it for so many turns."""
-    if not is_driven(machine):
+    if not machine.is_driven:
         raise InputError(
             "`machine`: must have a drive that holds its speed, but nothing prescribes its spin: prescribe "
             "phi of a station by ConstantSpeed"

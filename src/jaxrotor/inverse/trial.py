@@ -11,11 +11,10 @@ from ..errors import InputError
 from ..gate import takes
 from ..machine.machine import Machine
 from ..measure.record import Record
-from ..solve.adaptive import solver_for
 from ..solve.checks import check_solver, initial_speed
-from ..solve.exponential import AbstractExponential
 from ..solve.plan import Plan, plan
 from ..solve.simulate import Initial
+from ..solve.solver import is_planned, solver_for
 from ..solve.state import State
 
 
@@ -59,7 +58,7 @@ class Trial:
             rate = max(1.0 / float(np.median(np.diff(s.t))) for s in self.record.series.values())
         machine = machine.set(self.conditions)
         solver, step = solver_for(machine, self.solver), self.step
-        if step is None and (solver is None or isinstance(solver, AbstractExponential)):
+        if step is None and is_planned(solver):
             step = plan(machine, self.record.end + 2 / rate, rate, self.speed)
         return dataclasses.replace(self, sample_rate=float(rate), step=step, solver=solver)
 

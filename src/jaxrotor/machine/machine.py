@@ -152,6 +152,13 @@ class Machine(Part):
             for name, ends in zip(self.wiring.connectors, self.wiring.ends)
         }
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether the spin of the line, or of a part of it, is given."""
+        return any(isinstance(s, AbstractPrescribed) for s in self.stations) or any(
+            held.coordinate == 5 and held.motion != FIXED for held in self.wiring.held
+        )
+
     def parameters(self) -> dict[str, Array]:
         """path -> value of every parameter."""
         found = {"gravity": self.gravity}

@@ -18,12 +18,13 @@ from ..machine.machine import Machine
 from ..machine.seen import seen
 from ..machine.system import System, assemble, jump_times
 from ..protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
-from ..solve.adaptive import adaptive_samples, is_smooth, tolerances
+from ..solve.adaptive import adaptive_samples
 from ..solve.checks import initial_speed, sample_count
 from ..solve.grid import Ticking, grid_of
 from ..solve.plan import Plan, plan as make_plan
 from ..solve.rosenbrock import Rosenbrock
 from ..solve.simulate import chosen_plan, march_samples, start, with_substeps
+from ..solve.solver import is_smooth, tolerances
 
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6

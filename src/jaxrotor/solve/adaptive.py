@@ -1,6 +1,6 @@
 """Any solver of diffrax, its step adapted, through given samples and known jumps."""
 
-from typing import Any
+from typing import Any, Protocol
 
 import diffrax
 import jax
@@ -8,42 +8,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..machine.machine import Machine
-from ..machine.system import System
-from ..protocol import NonSmooth
 from .controller import adapting
-from .grid import Ticking
 from .progress import hand_over, handing
-from .rosenbrock import Rosenbrock
 
 _MOST_STEPS = 2**22
 
 
-def is_smooth(machine: Machine) -> bool:
-    """Whether no part of it, nor a law inside one, kinks, sticks or stiffens with its state."""
-    parts = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, NonSmooth))
-    return not any(isinstance(part, NonSmooth) for part in parts)
+class Clocks(Protocol):
+    """The instants at which sampling controllers may tick, `refine` of them to a sample interval; which clocks
+    are due at each, (instants, clocks); and what a tick makes of the state."""
 
+    refine: int
+    due: np.ndarray
 
-def solver_for(machine: Machine, solver: Any) -> Any:
-    """`solver`; where none is given, the one for stiff forces if the machine has such, else none."""
-    return Rosenbrock() if solver is None and not is_smooth(machine) else solver
+    def fine(self, samples: Float[Array, " nt"]) -> Float[Array, " n"]: ...
 
-
-def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:
-    """Relative and absolute tolerance of each entry of the state; `extra` more entries follow it.
-
-    The angle of a line that no drive leads grows for ever, so a share of it means nothing: `rtol` counts
-    in rad there.
-    """
-    free = np.array(system.layout.free, int)
-    n, states = free.size, system.n_states() + extra
-    led = system.ground or any(
-        m >= 0 for g in system.layout.stations for row in g.motions for m in row
-    )
-    angle = np.zeros(n) if led else (free // system.layout.n_mass == 5).astype(float)
-    relative = jnp.concatenate([rtol * (1 - angle), jnp.full(n + states, rtol)])
-    return relative, jnp.concatenate([atol + rtol * angle, jnp.full(n + states, atol)])
+    def tick(self, t: Any, y: Array, due: Any) -> Array: ...
 
 
 def adaptive_samples(
@@ -58,7 +38,7 @@ def adaptive_samples(
     step: Any = None,
     adjoint: diffrax.AbstractAdjoint | None = None,
     told: bool = False,
-    ticking: Ticking | None = None,
+    ticking: Clocks | None = None,
 ) -> tuple[Float[Array, "nt d"], Array]:
     """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
     fixed length (s) in place of the tolerances. `told`: the samples are handed over while they come."""

@@ -16,9 +16,7 @@ from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..machine.wiring import FIXED
 from ..parameter import is_concrete, known, numbers
-from ..protocol import AbstractPrescribed
 from .attitude import poles_passed
 from .blame import not_finite
 from .equilibrium import refuse_unbalanced
@@ -115,7 +113,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
         number = known(speed)
         if speed.shape != () or (number is not None and not np.isfinite(number)):
             raise InputError(f"speed must be one finite number in rad/s, but is {number}")
-    if is_driven(machine):
+    if machine.is_driven:
         start = _drive_speed(machine)
         given, own = (None if x is None else known(x) for x in (speed, start))
         if given is not None and own is not None and abs(given - own) > 1e-9 * max(1.0, abs(own)):
@@ -144,13 +142,6 @@ def refuse_sampled_whirl(initial: Any, sampled: bool) -> None:
         )
 
 
-def is_driven(machine: Machine) -> bool:
-    """Whether the spin of the line, or of a part of it, is given."""
-    return any(isinstance(s, AbstractPrescribed) for s in machine.stations) or any(
-        held.coordinate == 5 and held.motion != FIXED for held in machine.wiring.held
-    )
-
-
 @eqx.filter_jit
 def _drive_speed(machine: Machine) -> Float[Array, ""]:
     return assemble(machine).reference(jnp.zeros(()))[1]
@@ -159,7 +150,7 @@ def _drive_speed(machine: Machine) -> Float[Array, ""]:
 def speed_beyond(response: Response, planned: float) -> float | None:
     """The speed (rad/s) that a line without a drive reached beyond what was planned for; `None` where
     it stayed below. A run that went astray counts with at most ten times the plan."""
-    if is_driven(response.machine):
+    if response.machine.is_driven:
         return None
     layout = lay_out(structure_of(response.machine))
     free = np.array(layout.free, dtype=int)

@@ -19,7 +19,7 @@ from ..machine.field import initial_states, jacobian, n_free, vector_field
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from ..parameter import is_concrete, numbers, require_x64
-from .adaptive import adaptive_samples, solver_for, tolerances
+from .adaptive import adaptive_samples
 from .attitude import tell_attitude
 from .checks import (
     check_solver,
@@ -41,6 +41,7 @@ from .plan import Plan, bucket, plan as make_plan, refined, top_speed, unresolve
 from .progress import interruptible, progress_bar
 from .ranges import tell_ranges
 from .response import Response, RunInfo
+from .solver import solver_for, tolerances
 from .state import State, to_flat
 from .steady import steady_whirl
 

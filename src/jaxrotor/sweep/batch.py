@@ -15,12 +15,13 @@ from ..inverse.bench import Bench
 from ..machine.field import jacobian, vector_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
-from ..solve.adaptive import adaptive_samples, tolerances
+from ..solve.adaptive import adaptive_samples
 from ..solve.checks import _STEADY_GAP, initial_speed
 from ..solve.exponential import ETD4RK, ExponentialAdams
 from ..solve.grid import Grid, Ticking
 from ..solve.response import Response, RunInfo
 from ..solve.simulate import march_samples, start
+from ..solve.solver import tolerances
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
 
 

@@ -12,7 +12,7 @@ from ..design.peak import PeakValue
 from ..errors import InputError
 from ..machine.machine import Machine
 from ..measure.sensor import Tachometer
-from ..solve.checks import initial_speed, is_driven
+from ..solve.checks import initial_speed
 from ..solve.exponential import ETD4RK
 from ..solve.plan import (
     BUCKETS,
@@ -63,7 +63,7 @@ def steps_of(setup: Setup, cases: Cases, t_end: float, rate: float, step: Plan |
         fastest = row_of(setup.machine, cases.values, row)
         planned = chosen_plan(fastest, t_end, rate, own, setup.solver, step)
         return Steps(ones * planned.substeps, planned.speed)
-    if not is_driven(setup.machine):
+    if not setup.machine.is_driven:
         top = _reached(setup, cases, t_end, rate, top, good)
     planned, good = _planned(setup, cases, t_end, rate, top, good)
     batch = {path: jnp.asarray(x) for path, x in cases.values.items()}

@@ -18,11 +18,11 @@ from ..errors import InputError
 from ..gate import either, takes
 from ..machine.machine import Machine
 from ..parameter import require_x64
-from ..solve.adaptive import solver_for
 from ..solve.checks import check_solver, initial_speed, sample_count
 from ..solve.exponential import ETD4RK, ExponentialAdams
 from ..solve.grid import grid_of
 from ..solve.plan import Plan
+from ..solve.solver import solver_for
 from .batch import Setup, linear_part, shares_linear
 from .cases import Cases, as_cases
 from .checks import check_cases, check_start
