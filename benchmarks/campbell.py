@@ -13,7 +13,7 @@ jax.config.update("jax_enable_x64", True)
 from machine import header  # noqa: E402
 
 import jaxrotor as jr  # noqa: E402
-from jaxrotor.interop import from_ross  # noqa: E402
+from jaxrotor.interop.ross import from_ross
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

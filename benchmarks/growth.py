@@ -13,8 +13,8 @@ jax.config.update("jax_enable_x64", True)
 import jax.numpy as jnp  # noqa: E402
 
 import jaxrotor as jr  # noqa: E402
-from jaxrotor.machine.field import vector_field  # noqa: E402
-from jaxrotor.machine.system import assemble  # noqa: E402
+from jaxrotor.machine.field import vector_field
+from jaxrotor.machine.system import assemble
 
 
 def line(stations: int) -> jr.Machine:

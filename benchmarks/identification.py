@@ -29,7 +29,7 @@ from solvers import SCALE
 from synthetic import RUN_UP, UNBALANCE, run_up, two_rotors
 
 import jaxrotor as jr
-from jaxrotor.inverse.simulated import records
+from jaxrotor.identification.simulated import records
 
 START = {p: v + 0.5 if "angle" in p else 1.2 * v for p, v in UNBALANCE.items()}
 NEAR = 1e-4

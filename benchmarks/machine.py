@@ -6,10 +6,13 @@ from importlib.metadata import version
 
 import numpy as np
 
-from jaxrotor.drive import CosineRamp
-from jaxrotor.elastic import Shaft
-from jaxrotor.inertia import PrescribedSpin, Rotor, SelfAligningBearing, Unbalance
-from jaxrotor.machine import Machine
+from jaxrotor.elements.bearings.self_aligning import SelfAligningBearing
+from jaxrotor.elements.drives.prescribed import PrescribedSpin
+from jaxrotor.elements.rotors.rotor import Rotor
+from jaxrotor.elements.rotors.unbalance import Unbalance
+from jaxrotor.elements.shafts.section import Shaft
+from jaxrotor.machine.machine import Machine
+from jaxrotor.profiles.motion import CosineRamp
 
 
 def two_rotors():

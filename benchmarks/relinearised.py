@@ -6,7 +6,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 
-from jaxrotor.solve.phi import phi_functions
+from jaxrotor.integrators.phi import phi_functions
 
 
 class ExponentialRosenbrock(diffrax.AbstractAdaptiveSolver):

@@ -11,9 +11,9 @@ from machine import two_rotors
 from sksundae.cvode import CVODE
 
 import jaxrotor as jr
+from jaxrotor.integrators.weights import STAGES, adams_weights, extrapolation, runge_kutta_weights
 from jaxrotor.machine.field import jacobian, vector_field
 from jaxrotor.machine.system import assemble
-from jaxrotor.solve.weights import STAGES, adams_weights, extrapolation, runge_kutta_weights
 
 T_END, SAMPLE = 10.0, 1e-3  # s
 TIMES = np.linspace(0.0, T_END, 10_001)

@@ -19,8 +19,8 @@ import numpy as np  # noqa: E402
 from figures import STATIONS  # noqa: E402
 from machine import header, two_rotors  # noqa: E402
 
-from jaxrotor.machine.field import vector_field  # noqa: E402
-from jaxrotor.machine.system import assemble  # noqa: E402
+from jaxrotor.machine.field import vector_field
+from jaxrotor.machine.system import assemble
 
 EVALUATIONS = 100_000
 REPEATS = 7

@@ -29,8 +29,8 @@ import numpy as np
 from tqdm import tqdm
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 T_END, RATE, STEP = 1.5, 2000.0, 1.25e-4
 MOVING = 0.03  # s, of the mean about which the twist vibrates

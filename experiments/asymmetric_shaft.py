@@ -33,8 +33,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 SPEED = 200.0  # rad/s: the machine keeps it, and its mass sets the critical speed
 TURN = 2 * np.pi / SPEED

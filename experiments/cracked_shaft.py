@@ -27,8 +27,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 DEPTHS = (0.1, 0.2, 0.3)  # of the diameter
 ORBITS_AT = 0.46  # of the critical speed

@@ -25,7 +25,7 @@ import optax
 from tqdm import tqdm
 
 import jaxrotor as jr
-from jaxrotor.files import written_whole
+from jaxrotor.core.files import written_whole
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 
 RPM = 30 / np.pi

@@ -33,9 +33,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxrotor as jr
-from jaxrotor.files import save_json
+from jaxrotor.commands.output import save_figure
+from jaxrotor.core.files import save_json
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 J, K = 0.04, 900.0  # kg*m^2, N*m/rad of the rotor and its spring
 WN = float(np.sqrt(K / J))  # rad/s

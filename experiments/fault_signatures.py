@@ -24,8 +24,8 @@ import numpy as np
 from scipy.signal import butter, hilbert, sosfiltfilt
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label
-from jaxrotor.study.written import save_figure
 
 SPEED = 300.0  # rad/s
 TURN = 2 * np.pi / SPEED

@@ -27,7 +27,8 @@ import numpy as np
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import splu
 
-from jaxrotor.bearing.film import (
+from jaxrotor.commands.output import save_figure
+from jaxrotor.elements.bearings.film import (
     DEGREES,
     LARGEST_RATIO,
     LENGTHS,
@@ -36,7 +37,6 @@ from jaxrotor.bearing.film import (
     short_film,
 )
 from jaxrotor.plot.style import COLOURS, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 AROUND, MODES = 360, 16
 ANGLES = 2 * np.pi * np.arange(AROUND) / AROUND

@@ -36,9 +36,9 @@ from synthetic import (
 )
 
 import jaxrotor as jr
-from jaxrotor.plot import channel_fits, profile_curves
+from jaxrotor.commands.output import save_figure
+from jaxrotor.plot.identification import channel_fits, profile_curves
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 TWIST = np.linspace(0.0, np.radians(6.0), 61)  # rad
 FREQUENCY = np.linspace(0.1, 60.0, 200)  # Hz

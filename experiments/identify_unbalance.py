@@ -24,8 +24,8 @@ import numpy as np
 from synthetic import HERE, HOUSINGS, RUN_UP, UNBALANCE, channels, compared, run_up, two_rotors
 
 import jaxrotor as jr
-from jaxrotor.plot import channel_fits, correlations, costs, profile_curves
-from jaxrotor.study.written import save_figure
+from jaxrotor.commands.output import save_figure
+from jaxrotor.plot.identification import channel_fits, correlations, costs, profile_curves
 
 
 def unknowns() -> list[jr.Unknown]:

@@ -29,8 +29,8 @@ import numpy as np
 from active_torsional_damper import line
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 WHOLE, LEAST = 0.287, 0.02  # m: of the shaft, and of a section
 OURS = (0.060, 0.080, 0.127, 0.020)

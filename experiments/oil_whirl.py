@@ -24,7 +24,7 @@ import numpy as np
 
 import jaxrotor as jr
 from jaxrotor import plot
-from jaxrotor.study.written import save_figure
+from jaxrotor.commands.output import save_figure
 
 START, TOP = 150.0, 1400.0  # rad/s
 RATE, HIGHEST = 1000.0, 240.0  # Hz

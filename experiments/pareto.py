@@ -24,8 +24,8 @@ from active_torsional_damper import RATE, STEP, TWIST, line, motor
 from tqdm import tqdm
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 T_END = 0.6
 RMS = jr.RootMeanSquare(TWIST, moving=0.03)

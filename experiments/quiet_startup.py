@@ -28,8 +28,8 @@ from active_torsional_damper import line
 from tqdm import tqdm
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 SPEED, BETA = 1000.0, 1e-5  # rad/s, s
 POINTS = 9  # of the spline, the two ends among them

@@ -21,8 +21,8 @@ import numpy as np
 from active_torsional_damper import line
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import figure, label
-from jaxrotor.study.written import save_figure
 
 OUTPUTS = {
     "twist": jr.RootMeanSquare(jr.Twist("main", "end"), moving=0.03),

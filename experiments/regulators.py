@@ -29,9 +29,9 @@ matplotlib.use("Agg")
 import numpy as np
 
 import jaxrotor as jr
-from jaxrotor.files import save_json
+from jaxrotor.commands.output import save_figure
+from jaxrotor.core.files import save_json
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 SPEED = 80.0  # rad/s
 INERTIAS = (0.04, 0.02)  # kg*m^2

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import jaxrotor as jr
-from jaxrotor.files import written_whole
+from jaxrotor.core.files import written_whole
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 
 MASS, POLAR, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 0.5625, 1600.0, 0.4525483399593904, 0.00148

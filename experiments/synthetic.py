@@ -15,7 +15,7 @@ import numpy as np
 import pandas
 
 import jaxrotor as jr
-from jaxrotor.files import written_whole
+from jaxrotor.core.files import written_whole
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"

@@ -25,8 +25,8 @@ import scipy.stats as st
 from active_torsional_damper import line
 
 import jaxrotor as jr
+from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, figure, label, legend
-from jaxrotor.study.written import save_figure
 
 GRADES = (2.5, 6.3, 16.0, 40.0)  # mm/s
 SPEED = 1000.0  # rad/s

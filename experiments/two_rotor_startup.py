@@ -22,10 +22,10 @@ matplotlib.use("Agg")
 import numpy as np
 
 import jaxrotor as jr
-from jaxrotor.measure.spectrum import power_spectral_density
+from jaxrotor.commands.observations import observation_table, observations
+from jaxrotor.commands.run_report import summary_table, write_report
+from jaxrotor.diagnostics.spectrum import power_spectral_density
 from jaxrotor.plot.style import COLOURS, band, figure, label, legend
-from jaxrotor.report import summary_table, write_report
-from jaxrotor.report.observations import observation_table, observations
 
 SECTIONS = {"shaft 1": 0.060, "shaft 2": 0.080, "shaft 3": 0.127, "shaft 4": 0.020}
 

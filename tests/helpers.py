@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import jaxrotor as jr
 from jaxrotor.machine.system import assemble
-from jaxrotor.solve.response import RunInfo
-from jaxrotor.solve.state import to_flat
+from jaxrotor.simulation.response import RunInfo
+from jaxrotor.simulation.state import to_flat
 
 # Arguments of `jr.simulate` for runs that are not stiff and must be right to 1e-12 or so.
 TIGHT = dict(solver=diffrax.Dopri8(), rtol=1e-13, atol=1e-15)

@@ -13,8 +13,8 @@ from scipy.sparse import diags_array, eye_array, kron
 from scipy.sparse.linalg import spsolve
 
 import jaxrotor as jr
-from jaxrotor.bearing.film import finite_film, short_film
-from jaxrotor.study.save import save_study
+from jaxrotor.commands.save_study import save_study
+from jaxrotor.elements.bearings.film import finite_film, short_film
 
 # Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines (2010), example 5.5.1
 BEARING = jr.JournalBearing(diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1)

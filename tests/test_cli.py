@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
-from jaxrotor.cli import main
-from jaxrotor.errors import SimulationFailed
+from jaxrotor.commands.cli import main
+from jaxrotor.core.errors import SimulationFailed
 
 STUDY = """
 title = "a disc on a shaft"
@@ -339,7 +339,7 @@ def test_wrong_arguments_end_with_2(place, wrong, capsys):
 def test_the_program_sets_64_bits_and_the_library_does_not(place):
     code = (
         "import jaxrotor, jax; assert not jax.config.jax_enable_x64\n"
-        "from jaxrotor.cli import main; main(['check', 'disc.toml'])\n"
+        "from jaxrotor.commands.cli import main; main(['check', 'disc.toml'])\n"
         "assert jax.config.jax_enable_x64"
     )
     environment = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
@@ -363,7 +363,7 @@ def watch():
         time.sleep(1e-4)
     os.kill(os.getpid(), signal.SIGINT)
 threading.Thread(target=watch, daemon=True).start()
-from jaxrotor.cli import main
+from jaxrotor.commands.cli import main
 sys.exit(main())
 """
 

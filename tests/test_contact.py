@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import jaxrotor as jr
-from jaxrotor.solve.rosenbrock import Rosenbrock
+from jaxrotor.integrators.rosenbrock import Rosenbrock
 
 MASS, STIFFNESS, DAMPING = 2.0, 2e5, 20.0
 

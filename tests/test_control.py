@@ -11,7 +11,7 @@ from helpers import assert_derivatives_agree
 from scipy.linalg import expm
 
 import jaxrotor as jr
-from jaxrotor.control.actuator import soft_clip
+from jaxrotor.elements.control.actuator import soft_clip
 
 J, K, C = 0.02, 400.0, 0.01  # a disc on a torsion spring: 141 rad/s
 SPRING = jr.Coupling((0, 0, 0, 0, 0, K), damping=(0, 0, 0, 0, 0, C))

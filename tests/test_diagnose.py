@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 
 import jaxrotor as jr
 from jaxrotor import plot
-from jaxrotor.design.measure import Seen
-from jaxrotor.diagnose import ellipse
-from jaxrotor.report.diagnosis import diagnosis
+from jaxrotor.commands.diagnostic_figures import diagnosis
+from jaxrotor.diagnostics.orbit import ellipse
+from jaxrotor.objectives.measure import Seen
 from jaxrotor.study.diagnosis import KINDS, Diagnosis
 
 RATE = 5000.0

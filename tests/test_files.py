@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import jaxrotor as jr
-from jaxrotor import files
+from jaxrotor.core import files
 
 EARLIER = {
     "summary.json": "earlier",

@@ -9,8 +9,8 @@ from scipy.integrate import dblquad, quad, solve_ivp
 from scipy.optimize import brentq
 
 import jaxrotor as jr
-from jaxrotor.elastic.crack_compliance import crack_compliance
-from jaxrotor.solve.solver import is_smooth
+from jaxrotor.elements.shafts.crack_compliance import crack_compliance
+from jaxrotor.simulation.solver import is_smooth
 
 E, G = 2.1e11, 8.1e10  # jr.STEEL
 NU = E / (2 * G) - 1
@@ -520,7 +520,7 @@ sample_rate = "1 kHz"
 
 
 def test_study_files(tmp_path):
-    from jaxrotor.study.save import save_study
+    from jaxrotor.commands.save_study import save_study
 
     file = tmp_path / "cracked.toml"
     file.write_text(STUDY)

@@ -102,7 +102,7 @@ def test_without_noise(found):
 
 
 def test_slopes_are_those_of_central_differences(found):
-    from jaxrotor.inverse.simulated import records, records_and_slopes
+    from jaxrotor.identification.simulated import records, records_and_slopes
 
     u = np.array([0.1, -0.2, 0.05, 0.3])
     _, slopes = records_and_slopes(found.problem.simulated, u[None])

@@ -12,10 +12,10 @@ import pandas
 import pytest
 
 import jaxrotor as jr
-from jaxrotor.cli import main
-from jaxrotor.inverse.bench import Bench
-from jaxrotor.inverse.identify import _wrapped
-from jaxrotor.inverse.space import Space
+from jaxrotor.commands.cli import main
+from jaxrotor.identification.bench import Bench
+from jaxrotor.identification.identify import _wrapped
+from jaxrotor.identification.space import Space
 
 RIG = """
 title = "A disc on two springs"
@@ -107,7 +107,7 @@ def measure(study):
 def test_from_file_to_file(place, monkeypatch, capsys):
     """A record in mV and ms, made with other values: found again, and written into a study that runs; before
     its profiles, which Ctrl-C does without."""
-    from jaxrotor.study import identified
+    from jaxrotor.commands import identify as identified
 
     measure(jr.load("rig.toml"))
     (place / "run.csv").write_text("rig 2, test 7\n" + (place / "run.csv").read_text())
@@ -196,7 +196,7 @@ def test_ctrl_c_keeps_the_estimates_so_far(place, monkeypatch, capsys, when):
 
 def test_ctrl_c_before_anything_is_found(place, monkeypatch, capsys):
     measure(jr.load("rig.toml"))
-    monkeypatch.setattr("jaxrotor.inverse.fit._looked_at", raising(None, 1))
+    monkeypatch.setattr("jaxrotor.identification.fit._looked_at", raising(None, 1))
     assert main(["identify", "rig.toml"]) == 130
     assert "Interrupted: nothing was written." in capsys.readouterr().err
     assert not (place / "results").exists()
@@ -204,7 +204,7 @@ def test_ctrl_c_before_anything_is_found(place, monkeypatch, capsys):
 
 def test_ctrl_c_keeps_what_an_optimiser_of_optax_has_met(monkeypatch):
     """Two members, whose costs fall by one in each iteration."""
-    from jaxrotor.inverse import descent
+    from jaxrotor.identification import descent
 
     def step(problem, optimiser, u, state, best, least):
         return u + 1, state, u, 10.0 - u[:, 0]
@@ -230,7 +230,7 @@ def test_settings_of_the_simulation_reach_its_runs(place, monkeypatch):
     own = 'sample_rate = "1 kHz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
     (place / "rig.toml").write_text(RIG.replace('sample_rate = "1 kHz"', own))
     (place / "run.csv").write_text(CSV)
-    monkeypatch.setattr("jaxrotor.inverse.simulated.simulate", asked)
+    monkeypatch.setattr("jaxrotor.identification.simulated.simulate", asked)
     with pytest.raises(Asked) as told:
         main(["identify", "rig.toml"])
     (settings,) = told.value.args
@@ -356,7 +356,7 @@ def test_check_passes_a_sound_identification(place, capsys):
 @pytest.fixture(scope="module")
 def bench():
     """The coupling's bench, identified from its two records as the study file says."""
-    from jaxrotor.study.identified import identify_study
+    from jaxrotor.commands.identify import identify_study
 
     study = jr.load("configs/coupling_bench.toml")
     return study, identify_study(study)
@@ -375,7 +375,7 @@ def test_coupling_bench(bench):
 
 def test_coupling_bench_is_written_anew(bench, tmp_path):
     """Parameters of a law inside a list, too."""
-    from jaxrotor.study.save import save_study
+    from jaxrotor.commands.save_study import save_study
 
     study, found = bench
     again = jr.load(

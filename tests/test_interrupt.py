@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import jaxrotor as jr
-from jaxrotor import interrupt
-from jaxrotor.cli import main
-from jaxrotor.solve import progress
+from jaxrotor.commands.cli import main
+from jaxrotor.core import interrupt
+from jaxrotor.integrators import progress
 
 LOADS = {
     "pulses": (jr.Torque(jr.PulseTrain(0.0113, 0.003, 1.0, count=40)), "disc"),

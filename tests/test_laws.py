@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 import jaxrotor as jr
-from jaxrotor.protocol import NonSmooth
+from jaxrotor.core.protocol import NonSmooth
 
 NONE = jnp.zeros(0)
 X = [0.0, 0.01, 0.025, 0.03, 0.05]

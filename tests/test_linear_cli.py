@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from jaxrotor.cli import main
+from jaxrotor.commands.cli import main
 
 STUDY = """
 title = "Overhung disc"

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 from test_schedules import monotone
 
 import jaxrotor as jr
-from jaxrotor.protocol import NonSmooth
-from jaxrotor.solve.ranges import tell_ranges
+from jaxrotor.core.protocol import NonSmooth
+from jaxrotor.simulation.ranges import tell_ranges
 
 J, END, RATE = 0.02, 0.5, 50.0
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from jaxrotor.linear import CriticalSpeedMap, Interference, TorsionalMode
-from jaxrotor.plot import interference_diagram, support_map
+from jaxrotor.linear.supports import CriticalSpeedMap
+from jaxrotor.linear.torsion import Interference, TorsionalMode
+from jaxrotor.plot.maps import interference_diagram, support_map
 
 RPM = 30 / np.pi
 

@@ -11,14 +11,14 @@ from helpers import at_instants
 from jaxtyping import Array
 
 import jaxrotor as jr
-from jaxrotor.design.fatigue import FatigueDamage, rainflow
-from jaxrotor.design.integral import Integral
-from jaxrotor.design.level import Percentile, RootMeanSquare
-from jaxrotor.design.mass import polar_inertia, total_mass
-from jaxrotor.design.peak import PassageAmplitude, PeakValue, smooth_max
-from jaxrotor.design.settling import SettlingTime
-from jaxrotor.measure import quantities as q
-from jaxrotor.solve.response import RunInfo
+from jaxrotor.objectives.fatigue import FatigueDamage, rainflow
+from jaxrotor.objectives.integral import Integral
+from jaxrotor.objectives.level import Percentile, RootMeanSquare
+from jaxrotor.objectives.mass import polar_inertia, total_mass
+from jaxrotor.objectives.peak import PassageAmplitude, PeakValue, smooth_max
+from jaxrotor.objectives.settling import SettlingTime
+from jaxrotor.sensors import quantities as q
+from jaxrotor.simulation.response import RunInfo
 
 
 class Given(jr.AbstractSensor):

@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 import jaxrotor as jr
-from jaxrotor.design import experiment
-from jaxrotor.design.merit import Layout, tell
-from jaxrotor.design.problem import pose
-from jaxrotor.inverse.bench import Bench
-from jaxrotor.inverse.space import Space
-from jaxrotor.inverse.unknown import expanded
+from jaxrotor.identification.bench import Bench
+from jaxrotor.identification.space import Space
+from jaxrotor.optimization import experiment
+from jaxrotor.optimization.augmented_lagrangian import Layout, tell
+from jaxrotor.optimization.problem import pose
+from jaxrotor.search.unknown import expanded
 
 INERTIA, DAMPING, STIFFNESS = 0.004, 0.15, 70.0
 PATHS = ("damper.stiffness", "damper.damping", "damper.inertia")
@@ -250,7 +250,7 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch, more):
         seen.append(x)
         return tell(problem, layout, x, terms)
 
-    monkeypatch.setattr("jaxrotor.design.search.tell", stopped)
+    monkeypatch.setattr("jaxrotor.optimization.search.tell", stopped)
     found = constrained(**more)
     assert found.interrupted and not found.converged and found.to_dict()["interrupted"]
     assert "! the search was interrupted" in str(found) and len(found.history[0]) == 7
@@ -283,7 +283,7 @@ def test_ctrl_c_before_a_search_and_between_two(monkeypatch):
                 raise KeyboardInterrupt
             return tell(*given)
 
-        monkeypatch.setattr("jaxrotor.design.search.tell", stopped)
+        monkeypatch.setattr("jaxrotor.optimization.search.tell", stopped)
 
     stopped_at(1)
     with pytest.raises(KeyboardInterrupt):

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize
 
 import jaxrotor as jr
-from jaxrotor.cli import main
+from jaxrotor.commands.cli import main
 
 DAMPER = Path("configs/tuned_damper.toml").read_text()
 J, K, RING = 1.8, 45e3, 0.18
@@ -95,7 +95,7 @@ def test_tuned_damper_under_its_bound(tmp_path, capsys):
 
 def test_ctrl_c_keeps_the_best_so_far(tmp_path, monkeypatch, capsys):
     """Written as a whole, marked unfinished: a study that has by the formulas above what the summary says."""
-    from jaxrotor.design import search
+    from jaxrotor.optimization import search
 
     tell, looks = search.tell, []
 
@@ -127,7 +127,7 @@ def test_settings_of_the_simulation_reach_its_runs(tmp_path, monkeypatch):
 
     own = 'sample_rate = "500 Hz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
     (tmp_path / "step.toml").write_text(STEP.replace('sample_rate = "500 Hz"', own))
-    monkeypatch.setattr("jaxrotor.design.experiment.simulate", asked)
+    monkeypatch.setattr("jaxrotor.optimization.experiment.simulate", asked)
     with pytest.raises(Asked) as told:
         main(["optimize", str(tmp_path / "step.toml"), "--out", str(tmp_path / "best")])
     t_end, rate, solver, *tolerances = told.value.args
@@ -366,7 +366,7 @@ def test_a_folder_of_other_things_is_refused_before_the_search(tmp_path, monkeyp
     def never(*_, **__):
         raise AssertionError("it was searched")
 
-    monkeypatch.setattr("jaxrotor.study.optimized.optimize", never)
+    monkeypatch.setattr("jaxrotor.commands.optimize.optimize", never)
     assert main(["optimize", "step.toml", "--out", "mine"]) == 2
     assert "holds files that no run wrote" in capsys.readouterr().err
 

@@ -6,8 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from jaxrotor.solve.phi import balance, phi_functions
-from jaxrotor.solve.weights import adams_weights, extrapolation, runge_kutta_weights
+from jaxrotor.integrators.phi import balance, phi_functions
+from jaxrotor.integrators.weights import adams_weights, extrapolation, runge_kutta_weights
 
 
 def exact_phi(k, z):

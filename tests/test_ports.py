@@ -7,7 +7,7 @@ from helpers import TIGHT, at_instants, pull
 from scipy.spatial.transform import Rotation
 
 import jaxrotor as jr
-from jaxrotor.kinematics import to_turning
+from jaxrotor.core.kinematics import to_turning
 
 E_ANGLE, ECCENTRICITY = 0.4, 0.02
 

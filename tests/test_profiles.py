@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
 import jaxrotor as jr
-from jaxrotor.drive.motion import differentiate
+from jaxrotor.profiles.motion import differentiate
 
 TIMES, SPEEDS = (0.2, 0.5, 0.9, 1.0, 1.8, 2.5), (10.0, 40.0, 45.0, 45.0, 30.0, 80.0)
 PCHIP = PchipInterpolator(TIMES, SPEEDS)

@@ -3,7 +3,7 @@
 import re
 
 import jaxrotor as jr
-from jaxrotor.solve import progress
+from jaxrotor.integrators import progress
 
 
 def test_lines_where_stderr_is_a_file(monkeypatch, capfd):

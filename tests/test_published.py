@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import jv
 
 import jaxrotor as jr
-from jaxrotor.kinematics import to_turning
+from jaxrotor.core.kinematics import to_turning
 
 DISC = dict(mass=6.0788, polar_inertia=0.01873, transverse_inertia=0.01018)
 

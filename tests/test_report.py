@@ -6,11 +6,11 @@ import pytest
 
 import jaxrotor as jr
 from jaxrotor import plot
-from jaxrotor.measure.spectrum import power_spectral_density
+from jaxrotor.commands.observations import amplitude, falls_to, turn_mean
+from jaxrotor.commands.run_report import summary, summary_table, write_report
+from jaxrotor.diagnostics.spectrum import power_spectral_density
 from jaxrotor.plot.chart import Curve, chart, turning_points
 from jaxrotor.plot.machine import positions
-from jaxrotor.report import summary, summary_table, write_report
-from jaxrotor.report.observations import amplitude, falls_to, turn_mean
 from jaxrotor.study.quantities import quantities, read_quantity
 
 

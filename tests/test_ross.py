@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
-from jaxrotor.interop import from_ross
+from jaxrotor.interop.ross import from_ross
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # ROSS looks for fluid libraries that it does without

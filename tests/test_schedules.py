@@ -15,8 +15,8 @@ from scipy.interpolate import (
 )
 
 import jaxrotor as jr
-from jaxrotor.drive.monotone import interpolate
-from jaxrotor.drive.motion import differentiate
+from jaxrotor.profiles.monotone import interpolate
+from jaxrotor.profiles.motion import differentiate
 
 TIMES = np.array([0.02, 0.05, 0.09, 0.1, 0.18, 0.25])
 VALUES = np.array([1.0, 4.0, 4.5, 3.0, -3.0, 8.0])

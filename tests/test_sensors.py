@@ -8,7 +8,7 @@ import scipy.integrate
 import scipy.signal
 
 import jaxrotor as jr
-from jaxrotor.measure.filters import between, low_pass
+from jaxrotor.sensors.filters import between, low_pass
 
 # a Jeffcott rotor in its steady whirl: Re(X e^(i w t))
 M, K, C, E, LEAN, W = 2.0, 1e5, 30.0, 1e-5, 0.5, 150.0

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
-from jaxrotor.solve.knots import knots
-from jaxrotor.solve.march import march
+from jaxrotor.integrators.march import march
+from jaxrotor.integrators.step_times import knots
 
 STIFF = 1e6
 

@@ -12,10 +12,10 @@ import pytest
 from scipy import stats
 
 import jaxrotor as jr
-from jaxrotor.sweep import batch
-from jaxrotor.sweep.batch import placed, shares_linear
-from jaxrotor.sweep.function import batched
-from jaxrotor.sweep.sweep import _set_up
+from jaxrotor.sweeps import batch
+from jaxrotor.sweeps.batch import placed, shares_linear
+from jaxrotor.sweeps.function import batched
+from jaxrotor.sweeps.sweep import _set_up
 
 RUN = dict(t_end=0.06, sample_rate=1000.0, initial="undeformed")
 TRACES = []

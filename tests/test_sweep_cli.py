@@ -12,9 +12,9 @@ import scipy.stats
 import xarray as xr
 
 import jaxrotor as jr
-from jaxrotor.cli import main
-from jaxrotor.study.swept import _replaced
-from jaxrotor.sweep.store import Store, state_of
+from jaxrotor.commands.cli import main
+from jaxrotor.commands.sweep import _replaced
+from jaxrotor.sweeps.store import Store, state_of
 
 MACHINE = """
 title = "A disc on a spring, let go"
@@ -221,7 +221,7 @@ def test_a_finished_one_is_replaced_and_an_unfinished_one_by_force(tmp_path, mon
     np.testing.assert_allclose(stored(tmp_path)["weight"], [5, 6, 7])
     # planned anew and refused: the old one stays
     with monkeypatch.context() as failing:
-        failing.setattr("jaxrotor.study.swept.sweep", lambda *_, **__: raised())
+        failing.setattr("jaxrotor.commands.sweep.sweep", lambda *_, **__: raised())
         assert swept(tmp_path, text, "--quiet") == 2
     assert stored(tmp_path)["weight"].size == 3 and (tmp_path / "out/summary.json").exists()
     with monkeypatch.context() as stopping:
@@ -408,7 +408,7 @@ def test_check_finds_what_else_a_sweep_refuses(tmp_path, monkeypatch, capsys):
     Path("disc.toml").write_text(text)
     assert main(["check", "disc.toml"]) == 0
     with monkeypatch.context() as without:
-        without.setattr("jaxrotor.study.swept.find_spec", lambda name: None)
+        without.setattr("jaxrotor.commands.sweep.find_spec", lambda name: None)
         assert main(["check", "disc.toml"]) == 2
     assert 'pip install "jaxrotor[sweep]"' in capsys.readouterr().err
     Path("disc.toml").write_text(text.replace('t_end = "2 s"', 't_end = "1e12 s"'))

@@ -22,9 +22,9 @@ import xarray as xr
 import zarr
 
 import jaxrotor as jr
-from jaxrotor.plot import percentile_bands
-from jaxrotor.sweep import engine
-from jaxrotor.sweep.store import Store
+from jaxrotor.plot.sweep import percentile_bands
+from jaxrotor.sweeps import engine
+from jaxrotor.sweeps.store import Store
 
 CASES, CHUNK = 40, 2
 # Of the test; twenty were tried by hand.

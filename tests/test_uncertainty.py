@@ -172,7 +172,7 @@ def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterati
 
 def test_promise_of_a_step():
     """What a search rests upon: the gain of numpy's least squares, a blind direction among the columns."""
-    from jaxrotor.inverse.fit import _promised
+    from jaxrotor.identification.fit import _promised
 
     rng = np.random.default_rng(0)
     J, r = rng.standard_normal((30, 4)) * [1.0, 1e-6, 1e3, 0.0], rng.standard_normal(30)
@@ -185,10 +185,10 @@ def test_promise_of_a_step():
 
 def test_an_adaptive_solver_goes_both_ways(measured):
     """Forward for least squares, reverse for descent: the same slope of the cost."""
-    from jaxrotor.inverse.bench import Bench
-    from jaxrotor.inverse.problem import in_reverse, pose, residual_and_slopes
-    from jaxrotor.inverse.simulated import records_and_slopes
-    from jaxrotor.inverse.space import Space
+    from jaxrotor.identification.bench import Bench
+    from jaxrotor.identification.problem import in_reverse, pose, residual_and_slopes
+    from jaxrotor.identification.simulated import records_and_slopes
+    from jaxrotor.identification.space import Space
 
     few = jr.Record({"a": jr.Series(T[:8], measured[:8], "m/s^2")})
     adaptive = jr.Trial(few, initial="undeformed", solver=diffrax.Tsit5())
@@ -218,7 +218,7 @@ def test_refused(linear, bent, measured):
 
 
 def test_figures(linear):
-    from jaxrotor.plot import posteriors, profile_curves
+    from jaxrotor.plot.identification import posteriors, profile_curves
 
     picture = profile_curves(linear, jr.profiles(linear))
     assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]

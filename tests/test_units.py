@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from jaxrotor.errors import InputError
-from jaxrotor.units import quantity
+from jaxrotor.core.errors import InputError
+from jaxrotor.core.units import quantity
 
 READ = [
     ("60 mm", "m", 0.06),

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from ..attach.inertia import AddedInertia
-from ..attach.support import LinearSupport, SpeedDependentSupport
-from ..drive.motion import AbstractMotion
-from ..elastic.finite import FiniteElementShaft
-from ..elastic.material import Material
-from ..elastic.matrix import ElasticMatrix
-from ..errors import InputError
-from ..inertia.node import Node
-from ..inertia.rotor import Rotor
-from ..inertia.unbalance import Unbalance
+from ..core.errors import InputError
+from ..core.parameter import as_float64
+from ..core.protocol import AbstractElement, AbstractStation
+from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..elements.couplings.matrix import ElasticMatrix
+from ..elements.rotors.added_inertia import AddedInertia
+from ..elements.rotors.node import Node
+from ..elements.rotors.rotor import Rotor
+from ..elements.rotors.unbalance import Unbalance
+from ..elements.shafts.finite import FiniteElementShaft
+from ..elements.shafts.material import Material
 from ..machine.machine import Machine
-from ..parameter import as_float64
-from ..protocol import AbstractElement, AbstractStation
+from ..profiles.motion import AbstractMotion
 
 # Names in a sentence.
 _TOLD = 3

@@ -1,47 +1,70 @@
 """The same machine, linear: modes, critical speeds, frequency response."""
 
-from .campbell import Campbell as Campbell, campbell as campbell
-from .cluster import Cluster as Cluster, decay_rate as decay_rate, pole_cluster as pole_cluster
-from .critical import (
-    critical_modes as critical_modes,
-    critical_speeds as critical_speeds,
-)
-from .eigen import split_derivatives as split_derivatives
-from .linearise import LinearModel as LinearModel, linearize as linearize
-from .matrix_equations import lyapunov as lyapunov, riccati as riccati
-from .modes import Mode as Mode, modes as modes
-from .norms import (
-    h2_norm as h2_norm,
-    h_infinity_norm as h_infinity_norm,
-    response_peaks as response_peaks,
-)
-from .orders import (
-    OrderResponse as OrderResponse,
-    order_response as order_response,
-    unbalance_response as unbalance_response,
-)
-from .peak import Peak as Peak, unbalance_peak as unbalance_peak
-from .regulator import (
-    Regulator as Regulator,
-    closed_loop_cost as closed_loop_cost,
-    lqg as lqg,
-    lqr as lqr,
-)
-from .response import (
-    FrequencyResponse as FrequencyResponse,
-    frequency_response as frequency_response,
-)
-from .supports import (
-    CriticalSpeedMap as CriticalSpeedMap,
-    critical_speed_map as critical_speed_map,
-)
-from .threshold import stability_threshold as stability_threshold
+from .campbell import Campbell, campbell
+from .cluster import Cluster, decay_rate, pole_cluster
+from .critical import critical_modes, critical_speeds
+from .eigen import split_derivatives
+from .linearise import LinearModel, linearize
+from .matrix_equations import lyapunov, riccati
+from .modes import Mode, modes
+from .norms import h2_norm, h_infinity_norm, response_peaks
+from .orders import OrderResponse, order_response, unbalance_response
+from .peak import Peak, unbalance_peak
+from .regulator import Regulator, closed_loop_cost, lqg, lqr
+from .response import FrequencyResponse, frequency_response
+from .supports import CriticalSpeedMap, critical_speed_map
+from .threshold import stability_threshold
 from .torsion import (
-    Interference as Interference,
-    TorsionalMode as TorsionalMode,
-    holzer_table as holzer_table,
-    interferences as interferences,
-    torsional as torsional,
-    torsional_modes as torsional_modes,
+    Interference,
+    TorsionalMode,
+    holzer_table,
+    interferences,
+    torsional,
+    torsional_modes,
 )
-from .transfer import Peaks as Peaks
+from .transfer import Peaks
+
+__all__ = [
+    "Campbell",
+    "Cluster",
+    "CriticalSpeedMap",
+    "FrequencyResponse",
+    "Interference",
+    "LinearModel",
+    "Mode",
+    "OrderResponse",
+    "Peak",
+    "Peaks",
+    "Regulator",
+    "TorsionalMode",
+    "campbell",
+    "closed_loop_cost",
+    "critical_modes",
+    "critical_speed_map",
+    "critical_speeds",
+    "decay_rate",
+    "frequency_response",
+    "h2_norm",
+    "h_infinity_norm",
+    "holzer_table",
+    "interferences",
+    "linearize",
+    "lqg",
+    "lqr",
+    "lyapunov",
+    "modes",
+    "order_response",
+    "pole_cluster",
+    "response_peaks",
+    "riccati",
+    "split_derivatives",
+    "stability_threshold",
+    "torsional",
+    "torsional_modes",
+    "unbalance_peak",
+    "unbalance_response",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

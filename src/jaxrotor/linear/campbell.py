@@ -8,12 +8,12 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
-from ..arguments import number, numbers, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import number, numbers, whole
+from ..core.errors import InputError
+from ..core.gate import takes
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
-from .lowest import lowest
+from .lowest_modes import lowest
 from .modes import describe, modes, told_apart
 
 # Modes that come down from above what is followed take part in the matching.

@@ -7,10 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import complex_number, whole
-from ..errors import InputError
-from ..gate import takes
-from ..parameter import known
+from ..core.arguments import complex_number, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from .linearise import LinearModel
 from .matrix_equations import balance
 from .response import as_complex

@@ -9,16 +9,16 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import numbers, positive, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import numbers, positive, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from ..machine.machine import Machine
-from ..parameter import known
 from .crossing import crossings
 from .eigen import eigensystem
 from .frozen import PROBES, Frozen, at_rest, at_speed, shares_and_whirl
 from .linearise import LinearModel, linearize, linearize_checked
-from .lowest import lowest
+from .lowest_modes import lowest
 from .modes import STRAIGHT, Mode, describe, named, told_apart
 
 Whirl = Literal["forward", "backward"]

@@ -9,18 +9,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import number
-from ..errors import InputError
-from ..gate import takes
-from ..kinematics import COORDINATES
+from ..core.arguments import number
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.kinematics import COORDINATES
+from ..core.parameter import require_x64
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
-from ..parameter import require_x64
-from ..solve.equilibrium import running
-from ..solve.state import State, from_flat, to_flat
+from ..simulation.equilibrium import running
+from ..simulation.state import State, from_flat, to_flat
 from .eigen import eigensystem
 
 # A rounding in every product of a sum, and some to spare.

@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..arguments import matrix
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import matrix
+from ..core.errors import InputError
+from ..core.gate import takes
 
 _BALANCING = 60  # sweeps; each halves what is out of balance, or nearly so
 _SIGN_STEPS = 60  # Newton's steps towards a sign, at most: ten or fifteen are usual

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg
 
-from ..arguments import whole
-from ..gate import takes
+from ..core.arguments import whole
+from ..core.gate import takes
 from .linearise import LinearModel
-from .lowest import lowest
+from .lowest_modes import lowest
 
 # Below this share of circularity a whirl has no sense worth a name.
 STRAIGHT = 0.1

@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import number, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import number, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from ..machine.machine import Machine
-from ..parameter import known
 from .matrix_equations import lyapunov, stable
 from .transfer import Peaks, Transfer, highest, level, met, transfer
 

@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..errors import InputError
-from ..kinematics import COORDINATES
+from ..core.errors import InputError
+from ..core.kinematics import COORDINATES
 from ..machine.field import Reference, evaluate
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
-from ..solve.part import forces_on_ends, part_of, signals_of
+from ..simulation.named_parts import forces_on_ends, part_of, signals_of
 from .linearise import row_of
 
 _UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}

@@ -10,19 +10,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import names, numbers
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import names, numbers
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
+from ..core.protocol import Geared, Nominal
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.speed_ratios import root
 from ..machine.system import assemble
-from ..machine.turning import root
 from ..machine.wiring import unknown
-from ..parameter import known
-from ..protocol import Geared, Nominal
-from ..solve.state import State, to_flat
+from ..simulation.state import State, to_flat
 from .linearise import coordinate_order, holding, internal_order, linearize
 from .observe import observe, outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of

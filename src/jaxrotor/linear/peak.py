@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import number, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import number, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from ..machine.machine import Machine
-from ..parameter import known
 from .orders import unbalance_response
 
 _NARROW = 1e-8  # of the speed: as near as levels can tell it

@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..arguments import matrix
-from ..errors import InputError
-from ..gate import takes
-from ..parameter import known
+from ..core.arguments import matrix
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from .matrix_equations import fit, lyapunov, riccati, shape_of, stable
 
 _UNREACHED = (

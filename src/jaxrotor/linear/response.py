@@ -10,13 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..arguments import names, number, numbers
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import names, number, numbers
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import known
 from ..machine.machine import Machine
 from ..machine.system import assemble
-from ..parameter import known
-from ..solve.state import to_flat
+from ..simulation.state import to_flat
 from .linearise import LinearModel, coordinate_order, internal_order, linearize
 from .observe import Output, outputs_of, sensitivity
 from .poles import beside_poles, poles_of

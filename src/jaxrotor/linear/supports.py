@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
-from ..arguments import names, numbers, whole
-from ..attach.support import LinearSupport, SpeedDependentSupport
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import names, numbers, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved

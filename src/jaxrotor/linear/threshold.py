@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..arguments import number, numbers, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import number, numbers, whole
+from ..core.errors import InputError
+from ..core.gate import takes
 from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize

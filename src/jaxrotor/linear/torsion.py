@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..arguments import number, numbers, whole
-from ..errors import InputError
-from ..gate import takes
+from ..core.arguments import number, numbers, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.protocol import AbstractConnector, Signalling
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from ..protocol import AbstractConnector, Signalling
 from .linearise import LinearModel, linearize
-from .lowest import lowest
+from .lowest_modes import lowest
 from .observe import outputs_of
 from .response import output_rows
 

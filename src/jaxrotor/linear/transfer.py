@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..errors import InputError
+from ..core.errors import InputError
 from ..machine.machine import Machine
 from .linearise import linearize
 from .observe import outputs_of

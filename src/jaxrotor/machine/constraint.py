@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..protocol import AbstractInertia, Vec6
+from ..core.protocol import AbstractInertia, Vec6
 from .seen import Seen
 
 

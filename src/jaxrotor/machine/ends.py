@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 
-from ..errors import InputError
-from ..kinematics import COORDINATES
-from ..parameter import known
-from ..protocol import (
+from ..core.errors import InputError
+from ..core.kinematics import COORDINATES
+from ..core.parameter import known
+from ..core.protocol import (
     AbstractElement,
     Acting,
     Carried,

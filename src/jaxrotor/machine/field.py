@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..kinematics import from_turning, turning_lead_rates, with_last
+from ..core.kinematics import from_turning, turning_lead_rates, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System

@@ -10,7 +10,7 @@ from typing import Any
 
 import jax
 
-from ..protocol import AbstractPrescribed, Carried, Ported
+from ..core.protocol import AbstractPrescribed, Carried, Ported
 from .lineup import Block, Lineup, structure
 
 

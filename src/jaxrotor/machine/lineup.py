@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import equinox as eqx
 import jax
 
-from ..protocol import LEFT, Composite, Parts
+from ..core.protocol import LEFT, Composite, Parts
 from .wiring import Wiring
 
 if TYPE_CHECKING:

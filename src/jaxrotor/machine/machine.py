@@ -7,14 +7,13 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ..arguments import mapping, names, text
-from ..drive.motion import AbstractMotion
-from ..errors import InputError, refuse
-from ..gate import takes
-from ..kinematics import COORDINATES
-from ..parameter import as_float64, parameter, problems
-from ..part import Part
-from ..protocol import (
+from ..core.arguments import mapping, names, text
+from ..core.errors import InputError, refuse
+from ..core.gate import takes
+from ..core.kinematics import COORDINATES
+from ..core.parameter import as_float64, parameter, problems
+from ..core.part import Part
+from ..core.protocol import (
     AbstractAttachment,
     AbstractConnector,
     AbstractElement,
@@ -24,6 +23,7 @@ from ..protocol import (
     Ended,
     Lumping,
 )
+from ..profiles.motion import AbstractMotion
 from .ends import check_carried, check_ends, massless
 from .lineup import structure_of
 from .paths import driven_unit, field_of, resolve, walk

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..kinematics import with_last
-from ..protocol import Carried, Massive
+from ..core.kinematics import with_last
+from ..core.protocol import Carried, Massive
 from .layout import Layout
 
 

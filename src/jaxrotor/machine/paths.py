@@ -6,8 +6,8 @@ from typing import Any
 
 import equinox as eqx
 
-from ..errors import InputError
-from ..parameter import nested, parameter_fields
+from ..core.errors import InputError
+from ..core.parameter import nested, parameter_fields
 from .wiring import unknown
 
 

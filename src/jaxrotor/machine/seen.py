@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics import from_turning, turning_lead_rates, with_last
-from ..protocol import MASS_CENTRE, AbstractInertia, Vec6
+from ..core.kinematics import from_turning, turning_lead_rates, with_last
+from ..core.protocol import MASS_CENTRE, AbstractInertia, Vec6
 
 
 class Seen(eqx.Module):

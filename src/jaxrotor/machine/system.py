@@ -8,13 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..drive.motion import AbstractMotion, differentiate
-from ..protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
+from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
+from ..profiles.motion import AbstractMotion, differentiate
 from .layout import Layout, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
 from .mass import CoupledMass, assemble_mass
-from .turning import turning
+from .speed_ratios import turning
 
 # Angle, speed and acceleration of the spin that coordinates are measured from.
 Reference = tuple[Array, Array, Array]

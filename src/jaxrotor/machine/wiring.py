@@ -4,10 +4,10 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..arguments import listed
-from ..errors import InputError
-from ..kinematics import COORDINATES
-from ..protocol import (
+from ..core.arguments import listed
+from ..core.errors import InputError
+from ..core.kinematics import COORDINATES
+from ..core.protocol import (
     AbstractAttachment,
     AbstractConnector,
     AbstractElement,

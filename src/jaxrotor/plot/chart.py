@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..units import factor
+from ..core.units import factor
 from .style import COLOURS, GREY, envelope, figure, label, legend
 
 # What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).

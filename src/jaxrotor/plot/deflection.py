@@ -6,12 +6,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..elastic import FiniteElementShaft, RigidElementShaft, Shaft
-from ..inertia import RigidBody, Rotor, SelfAligningBearing
-from ..kinematics import COORDINATES
-from ..linear import LinearModel
+from ..core.kinematics import COORDINATES
+from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite, Geared, Ported
+from ..elements.bearings.self_aligning import SelfAligningBearing
+from ..elements.rotors.body import RigidBody
+from ..elements.rotors.rotor import Rotor
+from ..elements.shafts.finite import FiniteElementShaft
+from ..elements.shafts.rigid_pieces import RigidElementShaft
+from ..elements.shafts.section import Shaft
+from ..linear.linearise import LinearModel
 from ..machine.machine import Machine
-from ..protocol import AbstractConnector, AbstractPrescribed, Composite, Geared, Ported
 from .machine import positions
 
 # Columns of an axis' amplitudes; of a station's six the same ones.

@@ -10,16 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..design.criterion import Constraint, described
-from ..design.machine_measures import ResponsePeaks, unit_on
-from ..design.measure import AbstractSignalMeasure
-from ..design.optimum import Optimum
-from ..design.peak import PeakValue
-from ..design.problem import in_parts
 from ..linear.norms import response_peaks
 from ..linear.transfer import level, transfer
 from ..machine.machine import Machine
-from ..solve.response import Response
+from ..objectives.criterion import Constraint, described
+from ..objectives.machine_measures import ResponsePeaks, unit_on
+from ..objectives.measure import AbstractSignalMeasure
+from ..objectives.peak import PeakValue
+from ..optimization.optimum import Optimum
+from ..optimization.problem import in_parts
+from ..simulation.response import Response
 from .chart import Curve, _draw, _scale
 from .lines import _PREFIXED
 from .style import COLOURS, GREY, figure, label, legend

@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..diagnose import FullSpectrum, OrderTrack, Waterfall
+from ..diagnostics.orders import OrderTrack
+from ..diagnostics.spectra import FullSpectrum
+from ..diagnostics.waterfall import Waterfall
 from .labels import number, readable
 from .style import COLOURS, GREY, figure, label, legend
 

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.interpolate import PchipInterpolator
 
-from ..inverse.identification import Identification
-from ..inverse.posterior import Posterior
-from ..inverse.profile import Profile
+from ..identification.identification import Identification
+from ..identification.posterior import Posterior
+from ..identification.profile import Profile
 from .style import COLOURS, GREY, figure, label, legend
 
 

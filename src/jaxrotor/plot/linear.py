@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..linear import Campbell
+from ..linear.campbell import Campbell
 from ..linear.modes import Mode, word_of
 from .style import COLOURS, GREY, figure, label, legend
 

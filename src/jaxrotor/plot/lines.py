@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..linear import FrequencyResponse
+from ..linear.response import FrequencyResponse
 from .linear import _PREFIXES, HERTZ, RPM
 from .style import COLOURS
 

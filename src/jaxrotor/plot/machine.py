@@ -8,9 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 
-from ..inertia import RigidBody, Rotor, SelfAligningBearing
+from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite
+from ..elements.bearings.self_aligning import SelfAligningBearing
+from ..elements.rotors.body import RigidBody
+from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
-from ..protocol import AbstractConnector, AbstractPrescribed, Composite
 from .style import COLOURS, GREY
 
 _STEEL = "#C9D3DC"

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
-from ..linear import CriticalSpeedMap, Interference, TorsionalMode
+from ..linear.supports import CriticalSpeedMap
+from ..linear.torsion import Interference, TorsionalMode
 from .linear import HERTZ, RPM, _radians
 from .style import COLOURS, GREY, figure, label, legend
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..solve.response import Response
+from ..simulation.response import Response
 from . import select
 from .style import COLOURS, GREY, band, figure, label, legend
 

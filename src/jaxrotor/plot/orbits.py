@@ -6,7 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..diagnose import Bifurcation, Centreline, Orbit, PoincareSection
+from ..diagnostics.bifurcation import Bifurcation
+from ..diagnostics.centreline import Centreline
+from ..diagnostics.orbit import Orbit
+from ..diagnostics.poincare import PoincareSection
 from .labels import number, readable
 from .style import COLOURS, GREY, figure, label
 

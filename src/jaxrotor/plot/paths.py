@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..solve.response import Response
+from ..simulation.response import Response
 from . import select
 from .style import COLOURS, GREY, figure, label, legend
 
@@ -65,8 +65,8 @@ def distances(response: Response, stations: list[str]) -> Figure:
 
 def _resting(response: Response, name: str) -> np.ndarray:
     """x and y under weight alone; the run's mean where there is no such rest."""
-    from ..errors import InputError
-    from ..solve.equilibrium import static_equilibrium
+    from ..core.errors import InputError
+    from ..simulation.equilibrium import static_equilibrium
 
     try:
         state = static_equilibrium(response.machine)

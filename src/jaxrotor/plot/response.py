@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from ..linear import FrequencyResponse
+from ..linear.response import FrequencyResponse
 from .labels import Room, dense, nice_multiples, number, rows, together
 from .linear import HERTZ, RPM, _radians
 from .lines import (

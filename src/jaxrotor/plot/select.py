@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from ..inertia import RigidBody, Rotor
+from ..core.protocol import AbstractInertia, AbstractPrescribed
+from ..elements.rotors.body import RigidBody
+from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
 from ..machine.wiring import FIXED
-from ..protocol import AbstractInertia, AbstractPrescribed
-from ..solve.response import Response
+from ..simulation.response import Response
 
 
 def rotors(machine: Machine) -> list[str]:

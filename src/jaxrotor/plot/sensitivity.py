@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from ..sweep.statistics import numbers_of
+from ..sweeps.statistics import numbers_of
 from .style import COLOURS, GREY, figure, label
 from .sweep import quantity_label
 

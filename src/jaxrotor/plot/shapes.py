@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..errors import InputError
-from ..linear import LinearModel, Mode, modes
+from ..core.errors import InputError
+from ..linear.linearise import LinearModel
+from ..linear.modes import Mode, modes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from . import deflection

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..sweep.statistics import axes_of, done, numbers_of, ran_to_end, share
+from ..sweeps.statistics import axes_of, done, numbers_of, ran_to_end, share
 from .labels import number, readable
 from .style import COLOURS, GREY, envelope, figure, label, legend
 

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..measure.spectrum import power_spectral_density
-from ..solve.response import Response
+from ..diagnostics.spectrum import power_spectral_density
+from ..simulation.response import Response
 from . import select
 from .style import COLOURS, GREY, band, figure, label, legend
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import equinox as eqx
 
-from ..errors import InputError
-from ..parameter import problems, straight_unit
-from ..part import option_checks
-from ..units import example, read, shown
-from .faults import Faults, guess
+from ..core.errors import InputError
+from ..core.parameter import problems, straight_unit
+from ..core.part import option_checks
+from ..core.units import example, read, shown
 from .kinds import find_kind, public_constants, public_kinds
+from .mistakes import Faults, guess
 from .values import declared_units, driven_unit, read_parameter
 
 FAILED: Any = object()  # what could not be built; its faults have been noted

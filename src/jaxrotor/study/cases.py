@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from .. import arguments
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..measure.read import read_columns
-from ..sweep.cases import Cases
-from ..sweep.sensitivity import sobol_cases
-from ..units import factor, known_unit, shown
-from .faults import Faults, guess
+from ..core import arguments
+from ..core.errors import InputError
+from ..core.units import factor, known_unit, shown
+from ..identification.bench import Bench
+from ..sensors.read import read_columns
+from ..sweeps.cases import Cases
+from ..sweeps.sensitivity import sobol_cases
+from .mistakes import Faults, guess
 from .spread import Swept, read_swept, unit_of
 from .unknowns import read_quantity
 

@@ -4,15 +4,15 @@ import operator
 from pathlib import Path
 from typing import Any
 
-from ..design.criterion import Constraint, Criterion
-from ..design.experiment import AsBuilt, Transient
-from ..design.measure import AbstractMeasure
+from ..core.units import shown
 from ..machine.machine import Machine
-from ..units import shown
+from ..objectives.criterion import Constraint, Criterion
+from ..objectives.measure import AbstractMeasure
+from ..optimization.experiment import AsBuilt, Transient
 from .build import FAILED
-from .faults import Faults
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
+from .mistakes import Faults
 from .settings import Simulation
 from .unknowns import read_quantity
 

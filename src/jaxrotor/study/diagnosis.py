@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal, get_args
 
 import pydantic
 
+from ..core.units import shown
 from ..machine.machine import Machine
-from ..units import shown
-from .faults import Faults, guess
+from .mistakes import Faults, guess
 from .settings import Section, _above_zero, _in
 
 Kind = Literal[
@@ -67,7 +67,7 @@ def file_stem(words: str) -> str:
 
 def check_diagnosis(wanted: Diagnosis, place: str, machine: Machine, faults: Faults) -> None:
     """Whether the machine has the station, and the figure a use for what is given."""
-    from ..plot import select  # loads matplotlib
+    from ..plot import select
 
     stations = machine.wiring.stations
     if wanted.station not in stations:

@@ -2,10 +2,10 @@
 
 from typing import Any
 
+from ..core.units import factor, known_unit, shown
 from ..machine.machine import Machine
-from ..units import factor, known_unit, shown
 from .diagnosis import Diagnosis, check_diagnosis, file_stem
-from .faults import Faults, guess
+from .mistakes import Faults, guess
 from .quantities import quantities, split
 from .settings import Section, read_section
 

@@ -4,17 +4,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import whole
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..inverse.domain import AbstractDomain, Frequencies, Orders, Time
-from ..inverse.identify import Stage
-from ..inverse.unknown import Unknown
-from ..machine import Machine
-from ..measure.channel import Channel
-from ..units import read, shown
+from ..core.arguments import whole
+from ..core.errors import InputError
+from ..core.units import read, shown
+from ..identification.bench import Bench
+from ..identification.domain import AbstractDomain, Frequencies, Orders, Time
+from ..identification.identify import Stage
+from ..machine.machine import Machine
+from ..search.unknown import Unknown
+from ..sensors.channel import Channel
 from .build import FAILED, Context, build_element
-from .faults import Faults, guess
+from .mistakes import Faults, guess
 from .unknowns import read_quantity, read_unknown, space_of
 
 _KEYS = (

@@ -9,7 +9,7 @@ from typing import Any
 
 import equinox as eqx
 
-from .faults import Faults, guess
+from .mistakes import Faults, guess
 
 
 def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:

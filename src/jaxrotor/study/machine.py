@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from ..machine import Machine
-from ..protocol import AbstractAttachment, AbstractConnector, AbstractElement, AbstractStation
-from ..units import read, shown
+from ..core.errors import InputError
+from ..core.protocol import AbstractAttachment, AbstractConnector, AbstractElement, AbstractStation
+from ..core.units import read, shown
+from ..machine.machine import Machine
 from .build import FAILED, Context, build_element
-from .faults import Faults, guess
-from .held import read_fixed, read_prescribed
+from .constraints import read_fixed, read_prescribed
 from .kinds import find_kind
+from .mistakes import Faults, guess
 
 _KEYS = ("line", "attachments", "elements", "connections", "gravity", "fixed", "prescribed")
 

@@ -7,15 +7,15 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 
-from ..design.machine_measures import AbstractMachineMeasure, unit_on
-from ..design.measure import AbstractMeasure, AbstractSignalMeasure, within
-from ..errors import InputError
+from ..core.errors import InputError
 from ..machine.machine import Machine
-from ..measure.quantities import Signal
-from ..solve.response import Response, RunInfo, blank_run
+from ..objectives.machine_measures import AbstractMachineMeasure, unit_on
+from ..objectives.measure import AbstractMeasure, AbstractSignalMeasure, within
+from ..sensors.quantities import Signal
+from ..simulation.response import Response, RunInfo, blank_run
 from .build import FAILED, Context, build_element
-from .faults import Faults
 from .kinds import find_kind
+from .mistakes import Faults
 from .quantities import quantities
 from .settings import Simulation
 

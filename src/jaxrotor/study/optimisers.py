@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from ..units import shown
-from .faults import Faults, guess
+from ..core.units import shown
+from .mistakes import Faults, guess
 
 
 def read_optimiser(given: Any, faults: Faults) -> Any:

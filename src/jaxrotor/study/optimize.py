@@ -5,17 +5,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..arguments import LARGEST, MANY, whole
-from ..design.criterion import Constraint, Criterion
-from ..design.variations import Variations
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..inverse.identify import place_of
-from ..inverse.unknown import Unknown, expanded
-from ..machine import Machine
-from ..units import shown
+from ..core.arguments import LARGEST, MANY, whole
+from ..core.errors import InputError
+from ..core.units import shown
+from ..identification.bench import Bench
+from ..identification.identify import place_of
+from ..machine.machine import Machine
+from ..objectives.criterion import Constraint, Criterion
+from ..optimization.variations import Variations
+from ..search.unknown import Unknown, expanded
 from .criteria import CriteriaReader
-from .faults import Faults, guess
+from .mistakes import Faults, guess
 from .optimisers import read_optimiser
 from .settings import Simulation
 from .unknowns import read_quantity, read_unknown, space_of

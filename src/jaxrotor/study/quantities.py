@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from ..core.protocol import AbstractAttachment, Signalling
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..protocol import AbstractAttachment, Signalling
 
 # Of every station. Magnitudes and torques are taken out of what the response holds as vectors.
 _STATION = {

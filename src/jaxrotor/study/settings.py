@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import pydantic
 
-from ..units import read, shown
-from .faults import Faults, guess
+from ..core.units import read, shown
+from .mistakes import Faults, guess
 
 
 def _in(unit: str) -> Any:
@@ -63,8 +63,8 @@ class Simulation(Section):
         """Those of `jaxrotor.simulate` that the study gives."""
         import diffrax
 
-        from ..solve.exponential import ETD4RK, ExponentialAdams
-        from ..solve.rosenbrock import Rosenbrock
+        from ..integrators.exponential import ETD4RK, ExponentialAdams
+        from ..integrators.rosenbrock import Rosenbrock
 
         given = self.model_dump(exclude_none=True)
         order, name = given.pop("order", None), given.pop("solver", None)

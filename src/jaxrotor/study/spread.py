@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from ..arguments import whole
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..units import shown
-from .faults import Faults, guess
+from ..core.arguments import whole
+from ..core.errors import InputError
+from ..core.units import shown
+from ..identification.bench import Bench
+from .mistakes import Faults, guess
 from .unknowns import read_also, read_quantity
 
 _KEYS = ("path", "distribution", "values", "from", "to", "points", "also")

@@ -4,18 +4,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import path
-from ..document import read_document
-from ..errors import InputError
-from ..gate import takes
-from ..machine import Machine
-from ..parameter import require_x64
-from ..protocol import AbstractPrescribed, AbstractStation
-from ..units import shown
+from ..core.arguments import path
+from ..core.document import read_document
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import require_x64
+from ..core.protocol import AbstractPrescribed, AbstractStation
+from ..core.units import shown
+from ..machine.machine import Machine
 from .diagnosis import Diagnosis
-from .faults import Faults, guess
 from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
+from .mistakes import Faults, guess
 from .settings import Report, Simulation, check_simulation, read_section
 
 _SECTIONS = (
@@ -149,7 +149,7 @@ def _text(key: str, value: Any, faults: Faults) -> str:
 
 def _check_length(machine: Machine, settings: Simulation, faults: Faults) -> None:
     """Whether memory holds the run."""
-    from ..solve.checks import sample_count
+    from ..simulation.checks import sample_count
 
     if settings.t_end * settings.sample_rate < 2:  # is told already
         return

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..machine import Machine
-from ..sweep.cases import Cases
-from ..sweep.layout import OWN
-from ..sweep.outputs import OverSpeed, TimeSeries
-from ..units import shown
+from ..core.errors import InputError
+from ..core.units import shown
+from ..identification.bench import Bench
+from ..machine.machine import Machine
+from ..sweeps.cases import Cases
+from ..sweeps.layout import OWN
+from ..sweeps.outputs import OverSpeed, TimeSeries
 from .build import FAILED
 from .cases import OF_SAMPLES, read_cases, whole
-from .faults import Faults
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
+from .mistakes import Faults
 from .settings import Simulation
 from .spread import read_range
 from .unknowns import read_quantity

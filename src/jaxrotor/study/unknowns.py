@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..inverse.bench import Bench
-from ..inverse.space import Space
-from ..inverse.unknown import Unknown, as_unknowns, split_entry
-from ..units import read, shown
-from .faults import Faults
+from ..core.errors import InputError
+from ..core.units import read, shown
+from ..identification.bench import Bench
+from ..identification.space import Space
+from ..search.unknown import Unknown, as_unknowns, split_entry
+from .mistakes import Faults
 
 _KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")
 

@@ -3,8 +3,8 @@
 import dataclasses
 from typing import Any
 
-from ..parameter import _faults as bounds, as_float64
-from ..units import example, factor, known_unit, read, shown
+from ..core.parameter import _faults as bounds, as_float64
+from ..core.units import example, factor, known_unit, read, shown
 
 
 def declared_units(cls: type, field: dataclasses.Field) -> tuple[str, ...]:

@@ -1,1 +1,0 @@
-"""Bearings whose force is not linear: oil films and rolling contacts."""

@@ -1,0 +1,1 @@
+"""What every room uses: parameters, units, the protocol of elements, errors, files."""

@@ -1,1 +1,0 @@
-"""Design by gradient: measures that judge a run by one number."""

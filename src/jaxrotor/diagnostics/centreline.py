@@ -1,0 +1,34 @@
+"""The shaft's mean position while it runs up or down."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.arguments import positive, whole
+from ..core.gate import takes
+from .orders import blocks_of
+from .shaft_angle import with_pair
+
+
+class Centreline(NamedTuple):
+    """Mean positions: `x`, `y` (b,), in the unit of the signals; `speed` (b,), rad/s; `time` (b,), s."""
+
+    x: np.ndarray
+    y: np.ndarray
+    speed: np.ndarray
+    time: np.ndarray
+
+
+@takes(sample_rate=positive("Hz"), turns=whole(1))
+def shaft_centreline(x, y, angle, sample_rate: float, turns: int = 1) -> Centreline:
+    """Mean position of the shaft over blocks of whole turns, with the speed of each: how it rises in its
+    bearing while it runs up.
+
+    The mean is over equal steps of the angle, so whole orders leave no trace in it. Arguments as for `orbit`;
+    x and y are those that a DC-coupled probe sees, the bearing's centre at 0. Raises `InputError`. Source:
+    Bently, Hatch, Fundamentals of Rotating Machinery Diagnostics (2002), ch. 6.
+    """
+    turning, xy = with_pair(x, y, angle, sample_rate)
+    found = blocks_of(turning, xy, turns, turns)
+    x, y = found.values.mean(axis=1).T
+    return Centreline(x, y, found.speed, found.time)

@@ -1,0 +1,1 @@
+"""Bearings and supports: springs, oil films, rolling elements, contact."""

@@ -1,0 +1,1 @@
+"""Controllers, actuators, and what they measure."""

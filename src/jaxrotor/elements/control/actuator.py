@@ -1,0 +1,106 @@
+"""What stands between a wanted torque and the shaft."""
+
+from math import factorial
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...core.arguments import whole
+from ...core.parameter import parameter
+from ...core.part import Part, option
+
+States = Float[Array, " k"]
+
+
+def soft_clip(x: Array, width: float | Array) -> Array:
+    """x held within -1 and 1, which it never passes; the corner is rounded over some `width`."""
+
+    def corner(a):
+        return jnp.logaddexp(a, -a)
+
+    return 0.5 * width * (corner((x + 1) / width) - corner((x - 1) / width))
+
+
+class Actuator(Part):
+    """A torque actuator: delay, then limit, then lag with a limited rate. What is left out is ideal.
+
+    **Arguments:**
+
+    - `limit`: the largest torque, N·m.
+    - `bandwidth`: 1/s, of its first-order lag.
+    - `rate_limit`: the fastest change of torque, N·m/s; needs a `bandwidth`.
+    - `delay`: s, as a Padé approximant of order `pade` whose numerator is one degree lower: nothing comes
+      through at once. A loop that samples and holds is `SampledTorque`.
+    - `softness`: limits are rounded over this part of them, so that they have derivatives and leave the
+      solver its order; the torque stays below the limit.
+
+    Source of the approximant: Vajta, Some remarks on Padé-approximations, 3rd TEMPUS-INTCOM Symp. (2000).
+    """
+
+    limit: Float[Array, ""] | None = parameter("N*m", positive=True, optional=True, default=None)
+    bandwidth: Float[Array, ""] | None = parameter(
+        "1/s", positive=True, optional=True, default=None
+    )
+    rate_limit: Float[Array, ""] | None = parameter(
+        "N*m/s", positive=True, optional=True, default=None
+    )
+    delay: Float[Array, ""] | None = parameter("s", positive=True, optional=True, default=None)
+    softness: Float[Array, ""] = parameter(positive=True, default=0.1, label="part of the limits")
+    pade: int = option(whole(2, 8), default=3)
+
+    def faults(self):
+        if self.rate_limit is not None and self.bandwidth is None:
+            yield "bandwidth is missing: a rate_limit needs one: give the lag of the actuator in 1/s"
+
+    def initial(self) -> States:
+        return jnp.zeros(self._delayed() + (self.bandwidth is not None))
+
+    def _delayed(self) -> int:
+        return 0 if self.delay is None else self.pade
+
+    def torque(self, wanted: Array, state: States) -> Float[Array, ""]:
+        """What reaches the shaft, N·m."""
+        if self.bandwidth is not None:
+            return state[-1]
+        return self.limited(self._late(wanted, state))
+
+    def rates(self, wanted: Array, state: States) -> States:
+        n = self._delayed()
+        parts = [jnp.zeros(0)]
+        if self.delay is not None:
+            _, low = _approximant(n)
+            last = (wanted - low[:-1] @ state[:n]) / low[-1]
+            parts.append(jnp.concatenate([state[1:n], last[None]]) / self.delay)
+        if self.bandwidth is not None:
+            change = self.bandwidth * (self.limited(self._late(wanted, state)) - state[-1])
+            if self.rate_limit is not None:
+                change = self.rate_limit * soft_clip(change / self.rate_limit, self.softness)
+            parts.append(change[None])
+        return jnp.concatenate(parts)
+
+    def limited(self, wanted: Array) -> Float[Array, ""]:
+        if self.limit is None:
+            return wanted
+        return self.limit * soft_clip(wanted / self.limit, self.softness)
+
+    def _late(self, wanted: Array, state: States) -> Array:
+        if self.delay is None:
+            return wanted
+        return jnp.asarray(_approximant(self.pade)[0]) @ state[: self.pade]
+
+
+def _approximant(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients of x^k = (delay s)^k of exp(-x): numerator of degree n - 1 (n entries), denominator n."""
+    m = n - 1
+
+    def row(degree, sign):
+        return np.array(
+            [
+                sign**k * factorial(m + n - k) * factorial(degree)
+                / (factorial(m + n) * factorial(k) * factorial(degree - k))
+                for k in range(degree + 1)
+            ]
+        )  # fmt: skip
+
+    return row(m, -1.0), row(n, 1.0)

@@ -1,0 +1,1 @@
+"""Couplings, clutches, joints, gears, torsional dampers."""

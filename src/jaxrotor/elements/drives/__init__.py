@@ -1,0 +1,1 @@
+"""Motors, engines, loads, and given spin."""

@@ -1,0 +1,1 @@
+"""Force laws, for couplings and supports of any kind."""

@@ -1,0 +1,1 @@
+"""Rotors and rigid bodies, with their unbalance."""

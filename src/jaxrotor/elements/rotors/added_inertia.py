@@ -1,0 +1,55 @@
+"""Mass fixed to a station that has its own equations: a flange, a half coupling, a load's inertia."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ...core.parameter import parameter
+from ...core.protocol import AbstractAttachment, Massive, Motion
+
+
+class AddedInertia(AbstractAttachment, Massive):
+    """Balanced inertia added to a station, or to a `Node` of a shaft with mass.
+
+    `mass` kg; `polar_inertia` and `transverse_inertia` kg·m² about its own mass centre; `offset` (m)
+    places that centre along the axis from the station. With `mass` 0 it is the reduced inertia of what
+    the machine drives. Small tilts, as shafts with mass are: a large rotor is a `Rotor`.
+    """
+
+    mass: Float[Array, ""] = parameter("kg", nonnegative=True, default=0.0)
+    polar_inertia: Float[Array, ""] = parameter("kg*m^2", nonnegative=True, default=0.0)
+    transverse_inertia: Float[Array, ""] = parameter("kg*m^2", nonnegative=True, default=0.0)
+    offset: Float[Array, ""] = parameter("m", default=0.0)
+
+    def forces(self, t, motions: tuple[Motion, ...], state) -> None:
+        return None
+
+    def mass_matrix(self) -> Float[Array, "6 6"]:
+        m, s, zero = self.mass, self.offset, jnp.zeros_like(self.mass)
+        about = self.transverse_inertia + m * s**2
+        # x + s theta and y - s psi are the mass centre's displacements
+        return jnp.stack(
+            [
+                jnp.stack([m, zero, zero, zero, m * s, zero]),
+                jnp.stack([zero, m, zero, -m * s, zero, zero]),
+                jnp.stack([zero, zero, m, zero, zero, zero]),
+                jnp.stack([zero, -m * s, zero, about, zero, zero]),
+                jnp.stack([m * s, zero, zero, zero, about, zero]),
+                jnp.stack([zero, zero, zero, zero, zero, self.polar_inertia]),
+            ]
+        )
+
+    def kinetic_energy(self, motions: tuple[Motion, ...]) -> Array:
+        ((q, v),) = motions
+        x, y = v[0] + self.offset * v[4], v[1] - self.offset * v[3]
+        spin = v[5] + v[3] * jnp.sin(q[4])
+        return 0.5 * (
+            self.mass * (x**2 + y**2 + v[2] ** 2)
+            + self.transverse_inertia * (v[3] ** 2 + v[4] ** 2)
+            + self.polar_inertia * spin**2
+        )
+
+    def height_energy(self, motions: tuple[Motion, ...], gravity) -> Array:
+        ((q, _),) = motions
+        s = self.offset
+        place = jnp.stack([q[0] + s * q[4], q[1] - s * q[3], q[2]])
+        return -self.mass * gravity @ place

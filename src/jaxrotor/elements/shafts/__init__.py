@@ -1,0 +1,1 @@
+"""Shafts, with mass or without, and their defects."""

@@ -1,0 +1,46 @@
+"""Parameters from measured runs, with intervals; balancing."""
+
+from .balance import (
+    Balance,
+    Correction,
+    balance,
+    correction,
+    influence_coefficients,
+    modal_balance,
+    phasor,
+)
+from .bootstrap import Replicas, bootstrap
+from .domain import AbstractDomain, Frequencies, Orders, Time
+from .identification import Identification
+from .identify import Stage, identify
+from .measured_run import Trial
+from .posterior import Posterior, posterior
+from .profile import Profile, profiles
+
+__all__ = [
+    "AbstractDomain",
+    "Balance",
+    "Correction",
+    "Frequencies",
+    "Identification",
+    "Orders",
+    "Posterior",
+    "Profile",
+    "Replicas",
+    "Stage",
+    "Time",
+    "Trial",
+    "balance",
+    "bootstrap",
+    "correction",
+    "identify",
+    "influence_coefficients",
+    "modal_balance",
+    "phasor",
+    "posterior",
+    "profiles",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

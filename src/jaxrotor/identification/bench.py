@@ -1,0 +1,111 @@
+"""A machine with its measurement channels: everything whose parameters can be looked for."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.parameter import as_float64, problems
+from ..machine.machine import Machine
+from ..machine.paths import field_of, resolve
+from ..machine.wiring import unknown
+from ..search.unknown import split_entry
+from ..sensors.channel import Channel
+from ..simulation.response import blank_run
+
+
+class Bench(eqx.Module):
+    """`machine` and the `channels` that look at it, by name."""
+
+    machine: Machine
+    channels: dict[str, Channel]
+
+    def __check_init__(self):
+        for name, channel in self.channels.items():
+            if name in self.machine.wiring.order:
+                raise InputError(
+                    f"`{name}`: is a part of the machine and a channel: give the channel another name"
+                )
+            found = list(problems(channel, name))
+            if found:
+                raise InputError(*found)
+
+    def check(self) -> None:
+        """Raises `InputError` where a channel does not find what it looks at: told by shapes alone."""
+        t, found = jnp.arange(3.0), []
+        for name, channel in self.channels.items():
+            try:
+                eqx.filter_eval_shape(lambda m, c=channel: c.measure(blank_run(m, t)), self.machine)
+            except InputError as error:
+                found += [f"`{name}`: {problem}" for problem in error.problems]
+        if found:
+            raise InputError(*found)
+
+    def get(self, path: str) -> Any:
+        """A parameter of the machine or of a channel."""
+        whole, entry = split_entry(path)
+        head, *steps = whole.split(".")
+        if head in self.channels and steps:
+            value = resolve(self.channels[head], steps, path)
+            field = field_of(resolve(self.channels[head], steps[:-1], path), steps[-1])
+            if field is None or "unit" not in field.metadata:
+                raise InputError(f"`{path}`: is no number that could be looked for")
+        elif head in self.machine.wiring.order or head == "gravity":
+            value = self.machine.get(whole)
+        else:
+            known = (*self.machine.wiring.order, *self.channels)
+            raise InputError(f"`{path}`: {unknown('element or channel', head, known)}")
+        if value is None:
+            raise InputError(f"`{path}`: is not set: give it a value in the machine first")
+        if isinstance(value, eqx.Module):
+            raise InputError(f"`{path}`: is a part with several parameters: name one of them")
+        if entry is None:
+            if np.ndim(value):
+                raise InputError(
+                    f"`{path}`: has {np.size(value)} entries: name one, such as `{path}[0]`"
+                )
+            return value
+        if np.ndim(value) != 1 or entry >= np.shape(value)[0]:
+            raise InputError(f"`{path}`: there is no such entry: the shape is {np.shape(value)}")
+        return value[entry]
+
+    def set(self, values: Mapping[str, Any]) -> "Bench":
+        """Other values, by path; checked by the machine where they are known."""
+        whole: dict[str, Any] = {}
+        channels = dict(self.channels)
+        for path, value in values.items():
+            name, entry = split_entry(path)
+            head, *steps = name.split(".")
+            if entry is not None:
+                if head in channels:
+                    before = resolve(channels[head], steps, name)
+                else:
+                    before = whole.get(name, self.machine.get(name))
+                value = jnp.asarray(before).at[entry].set(value)
+            if head in channels:
+                channels[head] = eqx.tree_at(
+                    lambda c: resolve(c, steps, name),  # noqa: B023
+                    channels[head],
+                    as_float64(value),
+                )
+            else:
+                whole[name] = value
+        return Bench(self.machine.set(whole) if whole else self.machine, channels)
+
+    def unit(self, path: str) -> str:
+        """SI unit of a parameter."""
+        name, entry = split_entry(path)
+        head, *steps = name.split(".")
+        if head not in self.channels:
+            units = self.machine.units(name)
+            return units[entry if entry is not None and len(units) > 1 else 0]
+        channel = self.channels[head]
+        if steps == ["sensitivity"]:
+            return f"{channel.recorded_in}/({channel.sensor.unit})"
+        if steps[-1] in ("bias", "std", "quantum"):
+            return channel.recorded_in
+        field = field_of(resolve(channel, steps[:-1], name), steps[-1])
+        return field.metadata["unit"] if field is not None else ""

@@ -1,0 +1,259 @@
+"""Parameters from measured runs."""
+
+import dataclasses
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jaxtyping import Array
+from tqdm import tqdm
+
+from ..core.arguments import listed, mapping, number, whole
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.parameter import require_x64
+from ..machine.machine import Machine
+from ..machine.wiring import unknown
+from ..search.unknown import as_unknowns
+from ..sensors.channel import as_channels
+from .bench import Bench
+from .descent import descend
+from .domain import AbstractDomain, Time
+from .fit import Fit, search
+from .fit_by_channel import meet, noise_given
+from .identification import Identification
+from .measured_run import Trial, as_trials
+from .problem import Problem, check_data, in_reverse, pose, residual_and_slopes, weighed
+from .simulated import records, records_and_slopes
+from .space import Space, wrapped
+from .uncertainty import knowledge
+
+# A channel met better than this part of its own size has no noise to be weighed by.
+_QUIET = 1e-6
+
+
+@takes(iterations=whole(1), optimiser=None)
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """One search of several: in a `domain`, from where the last one ended.
+
+    By Levenberg-Marquardt, or by an `optimiser` of optax on reverse-mode gradients: for more parameters
+    than forward sensitivities are worth (some dozens), or a misfit too rough for its curvature to mean
+    anything. It moves in the search's own coordinates, in which 1 is a large change (a factor e of a
+    positive parameter, a radian, the scale of a free one): `Stage(Time(), 300, optax.adam(0.02))`.
+    """
+
+    domain: AbstractDomain
+    iterations: int = 20
+    optimiser: optax.GradientTransformation | None = None
+
+
+@takes(sensors=mapping, stages=None, starts=listed)
+def identify(
+    machine: Machine,
+    parameters: Any,
+    sensors: Mapping[str, Any],
+    data: Any,
+    *,
+    stages: Sequence[Stage | AbstractDomain] = (Time(),),
+    starts: Sequence[Mapping[str, float]] = (),
+    shaft: str | None = None,
+    progress: bool | None = None,
+) -> Identification:
+    """Finds `parameters` of `machine` (and of its channels) such that what `sensors` would have recorded
+    meets `data`, by Levenberg-Marquardt on forward-mode sensitivities (or as a `Stage` says).
+
+    **Arguments:**
+
+    - `parameters`: `Unknown`s, or plain paths.
+    - `sensors`: name -> a sensor or a `Channel`. A channel's `noise.std` weighs it; without one, its noise is
+      taken from its residual.
+    - `data`: `Record`s or `Trial`s, of one or several runs; series carry the names of `sensors`.
+    - `stages`: searches one after the other, such as `(Orders(), Time())`: by order no cycle can be skipped,
+      over time everything counts. The uncertainty is that of the last.
+    - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
+    - `shaft`: station whose angle counts the turns for `Orders`; by default the first.
+
+    **Returns** an `Identification`; stopped by Ctrl-C after the first iteration, that of the best place so
+    far, marked `interrupted`. Raises `InputError` for wrong input, before anything runs.
+    """
+    require_x64()
+    bench, space, searches, places, given = asked(
+        machine, parameters, sensors, data, stages, starts, shaft
+    )
+    begun = space.set(bench, space.starts)
+    trials = [trial.planned(begun.machine) for trial in given]
+    total = sum(stage.iterations for stage in searches)
+    bar = tqdm(
+        total=total,
+        unit="iteration",
+        file=sys.stderr,
+        leave=False,
+        disable=None if progress is None else not progress,
+    )
+    histories: dict[str, np.ndarray] = {}
+    problem: Problem | None = None
+    best: Fit | None = None
+    with bar:
+        for i, stage in enumerate(searches):
+            try:
+                posed, fits = _search(
+                    pose(bench, space, trials, stage.domain, shaft), places, stage, bar
+                )
+            except KeyboardInterrupt:
+                if best is None:  # nothing has been found yet
+                    raise
+                best = best._replace(interrupted=True)
+                break
+            problem, best = posed, fits[-1]
+            places = best.u[None]
+            name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
+            for suffix, fit in zip(("", ", weighed by its residuals"), fits):
+                histories[name + suffix] = fit.costs
+            if best.interrupted:
+                break
+    assert problem is not None and best is not None
+    return _told(problem, best, histories)
+
+
+class Asked(NamedTuple):
+    """What is looked for, and in what: `places` (b, n), where the first search starts."""
+
+    bench: Bench
+    space: Space
+    searches: list[Stage]
+    places: Array
+    trials: tuple[Trial, ...]
+
+
+def asked(
+    machine: Machine,
+    parameters: Any,
+    sensors: Mapping[str, Any],
+    data: Any,
+    stages: Sequence[Stage | AbstractDomain] = (Time(),),
+    starts: Sequence[Mapping[str, float]] = (),
+    shaft: str | None = None,
+) -> Asked:
+    """The arguments of `identify`, judged as far as they can be before anything runs; raises `InputError`."""
+    machine.check()
+    bench = Bench(machine, as_channels(dict(sensors)))
+    bench.check()
+    space = Space.of(bench, as_unknowns(parameters))
+    searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
+    if shaft is not None and shaft not in machine.wiring.stations:
+        raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
+    if not searches:
+        raise InputError("stages: name one at least, such as Time()")
+    begun = space.set(bench, space.starts)
+    places = [jnp.zeros(len(space)), *(place_of(space, bench, start) for start in starts)]
+    trials = as_trials(data)
+    for trial in trials:
+        trial.check(begun.machine)
+    check_data(bench, space, trials, [search.domain for search in searches])
+    return Asked(bench, space, searches, jnp.stack(places), trials)
+
+
+def place_of(space: Space, bench: Bench, start: Mapping[str, float]) -> Array:
+    """Where a start lies in the search; raises `InputError`."""
+    mapping(start, "starts: each")
+    wrong = [path for path in start if path not in space.paths]
+    if wrong:
+        raise InputError(
+            f"starts: `{wrong[0]}` is not looked for: name one of {', '.join(space.paths)}"
+        )
+    values = np.array(space.starts)
+    for path, value in start.items():
+        values[space.paths.index(path)] = number()(value, f"starts: `{path}`")
+    place = space.places(values)
+    if not np.isfinite(place).all():
+        path = space.paths[int(np.argmin(np.isfinite(place)))]
+        raise InputError(
+            f"starts: `{path}` cannot start at {start[path]:g}: it is out of its bounds"
+        )
+    space.set(bench, values)
+    return place
+
+
+def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
+    if stage.optimiser is None:
+        fits = search(problem, places, stage.iterations, bar)
+    else:
+        fits = descend(in_reverse(problem), places, stage.optimiser, stage.iterations, bar)
+    best = min(fits, key=lambda fit: np.inf if np.isnan(fit.costs[-1]) else fit.costs[-1])
+    if not np.isfinite(best.costs[-1]):
+        raise InputError(
+            "no start leads to a run that stays finite: give other `start`s, or a smaller `step`"
+        )
+    return best
+
+
+def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[Fit]]:
+    """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
+    best = _best(problem, places, stage, bar)
+    given = noise_given(problem)
+    if best.interrupted or all(given) or len(given) == 1:
+        return problem, [best]
+    try:
+        again = _weighed_by_residuals(problem, best, given)
+        if again is None:
+            return problem, [best]
+        return again, [best, _best(again, best.u[None], stage, bar)]
+    except KeyboardInterrupt:
+        return problem, [best._replace(interrupted=True)]
+
+
+def _weighed_by_residuals(problem: Problem, best: Fit, given: Sequence[bool]) -> Problem | None:
+    """With the noise that was not given taken from what is left; None where nothing is left."""
+    levels = []
+    for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
+        r = np.asarray(signal.residual(record))
+        levels.append(float(np.sqrt(r @ r / signal.count)))
+    if max(level for level, known in zip(levels, given) if not known) < _QUIET:
+        return None
+    return weighed(
+        problem,
+        [
+            s.std if known else s.std * max(level, _QUIET)
+            for s, level, known in zip(problem.signals, levels, given)
+        ],
+    )
+
+
+def _wrapped(space: Space, bench: Bench) -> Bench:
+    """With the angles that were looked for, and those tied to them, from -pi to pi."""
+    turned = {}
+    for path, kind, ties in zip(space.paths, space.kinds, space.ties):
+        for angle in (path, *dict(ties)) if kind == "circular" else ():
+            if bench.unit(angle) == "rad":
+                turned[angle] = wrapped(bench.get(angle))
+    return bench.set(turned)
+
+
+def _told(problem: Problem, best: Fit, histories) -> Identification:
+    space = problem.space
+    found, slopes = records_and_slopes(problem.simulated, best.u[None])
+    first = jax.tree.map(lambda x: x[0], (found, slopes))
+    r, J = (np.asarray(x) for x in residual_and_slopes(problem, best.u, *first))
+    known = knowledge(J, r, space.paths, problem.count, all(noise_given(problem)))
+    bench = _wrapped(space, space.placed(problem.simulated.bench, best.u))
+    return Identification(
+        machine=bench.machine,
+        sensors=bench.channels,
+        space=space,
+        u=np.asarray(best.u),
+        slopes=np.diag(np.asarray(jax.jacfwd(space.values)(best.u))),
+        knowledge=known,
+        channels=meet(problem, best.u, known.scale),
+        histories=histories,
+        stopped=best.stopped,
+        interrupted=best.interrupted,
+        cost=float(0.5 * r @ r),
+        count=problem.count,
+        units=tuple(bench.unit(path) for path in space.paths),
+        problem=problem,
+    )

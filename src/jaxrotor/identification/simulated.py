@@ -1,0 +1,78 @@
+"""What the channels would have recorded, and its slopes: the costly part, compiled once for all stages."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..simulation.response import Response
+from ..simulation.simulate import simulate
+from .bench import Bench
+from .space import Space
+
+
+class Run(eqx.Module):
+    """One trial, ready to be simulated: `channels` are asked at `times` (s)."""
+
+    times: tuple[Array, ...]
+    conditions: dict[str, Any]
+    initial: Any
+    speed: Any
+    channels: tuple[str, ...] = eqx.field(static=True)
+    settings: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # further keywords of `simulate`
+
+    def response(self, bench: Bench) -> Response:
+        machine = bench.machine.set(self.conditions) if self.conditions else bench.machine
+        return simulate(
+            machine, initial=self.initial, speed=self.speed, progress=False, **dict(self.settings)
+        )
+
+    def records(self, bench: Bench) -> tuple[Float[Array, " nt"], ...]:
+        response = self.response(bench)
+        return tuple(
+            bench.channels[name].measure(response, t) for name, t in zip(self.channels, self.times)
+        )
+
+
+class Simulated(eqx.Module):
+    """Every run at any place of the search."""
+
+    bench: Bench
+    runs: tuple[Run, ...]
+    space: Space
+
+    def records(self, u: Float[Array, " n"]) -> tuple[Float[Array, " nt"], ...]:
+        """Without noise, one for each channel of each run in turn."""
+        bench = self.space.placed(self.bench, u)
+        return tuple(record for run in self.runs for record in run.records(bench))
+
+
+@eqx.filter_jit
+def records(simulated: Simulated, u: Float[Array, " n"]) -> tuple[Array, ...]:
+    """`simulated.records`, compiled."""
+    return simulated.records(u)
+
+
+@eqx.filter_jit
+def records_and_slopes(
+    simulated: Simulated, u: Float[Array, "b n"]
+) -> tuple[tuple[Float[Array, "b nt"], ...], tuple[Float[Array, "b nt n"], ...]]:
+    """At a batch of places; the slopes by forward mode, for they are few and the steps are many."""
+
+    def twice(u):
+        found = simulated.records(u)
+        return found, found
+
+    def both(u):
+        slopes, found = jax.jacfwd(twice, has_aux=True)(u)
+        return found, slopes
+
+    if u.shape[0] == 1:  # a batch of one costs more than none
+        return jax.tree.map(lambda x: x[None], both(u[0]))
+    return jax.vmap(both)(u)
+
+
+def as_array(x: Any) -> Any:
+    return None if x is None else jnp.asarray(x, float)

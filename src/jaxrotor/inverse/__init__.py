@@ -1,1 +1,0 @@
-"""From measurements or wishes back to parameters: identification."""

@@ -1,0 +1,54 @@
+"""How fast each station turns against the spin that everything is measured from."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.protocol import AbstractConnector, Geared
+from .layout import Layout
+
+
+def root(layout: Layout) -> int:
+    """The node whose spin is the reference: a driven end, a given phi, else the first station."""
+    if layout.n_ground:
+        return layout.n_nodes
+    for group in layout.stations:
+        for m, motions in enumerate(group.motions):
+            if any(c == 5 and motion >= 0 for c, motion in zip(group.held, motions)):
+                return group.start + m
+    return layout.internal[0]
+
+
+def turning(layout: Layout, joined) -> Float[Array, " n"] | None:
+    """Ratio of each node's speed to the reference's (driven ends last); `None` where all are one.
+
+    Found by walking from the reference through shafts and gears; around a ring of gears any way.
+    """
+    if not any(isinstance(element, Geared) for element, _ in joined):
+        return None
+    n = layout.n_nodes + layout.n_ground
+    owner = [*layout.node_station, *range(layout.n_nodes, n)]
+    edges: dict[int, list[tuple[int, Array | None, bool]]] = {}
+    for element, nodes in joined:
+        if not isinstance(element, AbstractConnector):
+            continue
+        ratios = None
+        if isinstance(element, Geared):
+            ratios = jax.vmap(lambda e: e.ratio(), in_axes=-1, out_axes=-1)(element)
+        for k, (a, b) in enumerate(zip(nodes[0], nodes[1])):
+            ratio = None if ratios is None else ratios[k]
+            edges.setdefault(owner[a], []).append((owner[b], ratio, False))
+            edges.setdefault(owner[b], []).append((owner[a], ratio, True))
+    start = root(layout)
+    found: dict[int, Array] = {start: jnp.ones(())}
+    queue = [start]
+    while queue:
+        here = queue.pop(0)
+        for there, ratio, backwards in edges.get(here, []):
+            if there not in found:
+                step = 1.0 if ratio is None else 1.0 / ratio if backwards else ratio
+                found[there] = found[here] * step
+                queue.append(there)
+    one = jnp.ones(())
+    return jnp.stack([found.get(owner[k], one) for k in range(n)])[np.arange(n)]

@@ -1,0 +1,26 @@
+"""What an element may be and do: the classes to derive from, and the abilities to add."""
+
+from .core.protocol import (
+    AbstractAttachment as AbstractAttachment,
+    AbstractConnector as AbstractConnector,
+    AbstractElastic as AbstractElastic,
+    AbstractInertia as AbstractInertia,
+    AbstractPrescribed as AbstractPrescribed,
+    Carried as Carried,
+    Composite as Composite,
+    Ended as Ended,
+    Energetic as Energetic,
+    Geared as Geared,
+    Linear as Linear,
+    Massive as Massive,
+    Nominal as Nominal,
+    NonSmooth as NonSmooth,
+    Parts as Parts,
+    Ported as Ported,
+    Powered as Powered,
+    Sampled as Sampled,
+    Signalling as Signalling,
+    Stateful as Stateful,
+    Tabulated as Tabulated,
+    Timed as Timed,
+)

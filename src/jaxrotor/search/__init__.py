@@ -1,0 +1,1 @@
+"""Unknown parameters by name, for identification and optimisation."""

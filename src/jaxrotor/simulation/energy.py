@@ -1,0 +1,223 @@
+"""The energy audit: what went in, what is stored, what was lost."""
+
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..core.arguments import number, positive
+from ..core.errors import InputError
+from ..core.gate import either, takes
+from ..core.kinematics import from_turning
+from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
+from ..integrators.adaptive import adaptive_samples
+from ..integrators.rosenbrock import Rosenbrock
+from ..machine.field import Evaluation, evaluate, jacobian, watched_field
+from ..machine.lineup import line_up, stack
+from ..machine.machine import Machine
+from ..machine.seen import seen
+from ..machine.system import System, assemble, jump_times
+from .checks import initial_speed, sample_count
+from .plan import Plan, plan as make_plan
+from .sampling_grid import Ticking, grid_of
+from .simulate import chosen_plan, march_samples, start, with_substeps
+from .solver import is_smooth, tolerances
+
+# An error in the motion appears twice over in its energy: the step is planned finer than a run's.
+_TOLERANCE = 1e-6
+
+
+class EnergyAudit(eqx.Module):
+    """Energies over time, (nt,) each, J.
+
+    `kinetic + elastic + potential - work_in + lost` should be constant; `residual` is how far it is
+    from its first value. `work_in` is done by drives (reactions of given motions) and by loads.
+    """
+
+    t: Float[Array, " nt"]
+    kinetic: Float[Array, " nt"]
+    elastic: Float[Array, " nt"]
+    potential: Float[Array, " nt"]
+    work_in: Float[Array, " nt"]
+    lost: Float[Array, " nt"]
+
+    @property
+    def residual(self) -> Float[Array, " nt"]:
+        total = self.kinetic + self.elastic + self.potential - self.work_in + self.lost
+        return total - total[0]
+
+    @property
+    def exchanged(self) -> Float[Array, ""]:
+        """The largest energy that any of the accounts has moved, J."""
+        accounts = (self.kinetic, self.elastic, self.potential, self.work_in, self.lost)
+        return jnp.max(jnp.stack([jnp.max(x) - jnp.min(x) for x in accounts]))
+
+    @property
+    def relative(self) -> Float[Array, ""]:
+        """Largest residual as part of the energy exchanged."""
+        return jnp.max(jnp.abs(self.residual)) / self.exchanged
+
+
+@takes(
+    t_end=positive("s"),
+    step=either(Plan, positive("s")),
+    speed=number("rad/s"),
+    sample_rate=positive("Hz"),
+    rtol=number(above=0.0, below=1.0),
+)
+def energy_audit(
+    machine: Machine,
+    t_end: float,
+    sample_rate: float,
+    initial: Any = "static",
+    speed: Any = None,
+    step: Plan | float | None = None,
+    rtol: float = 1e-8,
+) -> EnergyAudit:
+    """Runs the machine with its powers integrated beside it, by the same solver and step.
+
+    Energies and losses come from the elements' own `energy`, `power_lost`, `kinetic_energy` and
+    `height_energy`, which are written apart from their forces, so a balance means something. An
+    attachment without an energy of its own is a load: its power counts as work put in. Arguments as
+    for `simulate`, but the step is planned for an error of 1e-6; a machine that is not smooth is run by
+    `Rosenbrock` to `rtol`, unless a step is given. Raises `InputError` where an elastic
+    element keeps no account of its energy.
+    """
+    machine.check()
+    for name, element in machine.elements().items():
+        if isinstance(element, Acting) and not isinstance(element, (Energetic, AbstractAttachment)):
+            raise InputError(
+                f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
+                "inherit jaxrotor.Energetic and define energy and power_lost"
+            )
+    count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
+    speed = initial_speed(machine, initial, speed)
+    interval = jnp.asarray(1.0 / sample_rate, float)
+    grid = grid_of(machine, sample_rate)
+    if not is_smooth(machine) and step is None:
+        return _audit(
+            machine, initial, speed, None, interval, count, jnp.asarray(rtol, float), grid
+        )
+    if step is None:
+        step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)
+    plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
+    solver = with_substeps(None, plan)
+    return _audit(machine, initial, speed, solver, interval, count, jnp.asarray(plan.speed), grid)
+
+
+@eqx.filter_jit
+def _audit(machine, initial, speed, solver, interval, count, number, grid) -> EnergyAudit:
+    system = assemble(machine)
+    books = _books(machine, system)
+    y0, _ = start(machine, system, initial, speed)
+    d = y0.size
+
+    def field(t, y, system):
+        dy, ev = watched_field(t, y[:d], system)
+        return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
+
+    samples, jumps = jnp.arange(count) * interval, jump_times(system)
+    ticking = None if grid is None else Ticking(grid, system, count, d)
+    terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
+    if solver is None:
+        relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
+        y, _ = adaptive_samples(
+            Rosenbrock(),
+            terms,
+            samples,
+            jumps,
+            start_y,
+            system,
+            relative,
+            absolute,
+            ticking=ticking,
+        )
+    else:
+        A = jnp.pad(jacobian(assemble(machine, nominal=True), number), ((0, 2), (0, 2)))
+        y = march_samples(solver, A, terms, samples, jumps, start_y, system, ticking=ticking)
+    stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
+    kinetic, elastic, potential = stored(samples, y[:, :d])
+    return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])
+
+
+def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:
+    """Stacked elements that keep accounts or act from outside: (element, nodes of each end, whether
+    it is Energetic, rows of internal states)."""
+    layout, lineup = system.layout, line_up(machine)
+    groups = [
+        (element, (tuple(range(g.start, g.stop)),))
+        for element, g in zip(system.stations, layout.stations)
+    ]
+    groups += [
+        (stack([lineup.connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors
+    ]
+    return [
+        (element, nodes, isinstance(element, Energetic), rows)
+        for (element, nodes), rows in zip(groups, system.rows)
+        if isinstance(element, (Energetic, Acting, Massive))
+    ]
+
+
+def _each(t, ev: Evaluation, book, method: str):
+    element, nodes, _, (first, last) = book
+    q, v = ev.nodes
+    motions = tuple((q[:, list(n)], v[:, list(n)]) for n in nodes)
+    state = ev.states[first:last].reshape(-1, len(nodes[0])) if last > first else None
+    return jax.vmap(lambda e, m, s: getattr(e, method)(t, m, s), in_axes=-1, out_axes=-1)(
+        element, motions, state
+    )
+
+
+def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
+    """Power put in by drives and loads, and power lost, W."""
+    put_in = jnp.sum(ev.reaction * ev.v)
+    lost = jnp.zeros(())
+    for book in books:
+        if isinstance(book[0], Powered):
+            put_in = put_in + jnp.sum(_each(t, ev, book, "power_in"))
+        if book[2]:
+            lost = lost + jnp.sum(_each(t, ev, book, "power_lost"))
+        elif isinstance(book[0], Acting):
+            forces = _each(t, ev, book, "forces") or ()
+            for nodes, force in zip(book[1], forces):
+                put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
+    return put_in, lost
+
+
+def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Array]:
+    """Kinetic, elastic and potential energy, J."""
+    kinetic = potential = elastic = jnp.zeros(())
+    invariant = system.layout.invariant
+    for element, group in zip(system.stations, system.layout.stations):
+        at = slice(group.start, group.stop)
+        q, v = ev.q[:, at], ev.v[:, at]
+        kinetic += jnp.sum(
+            jax.vmap(
+                lambda e, q, v: seen(e, invariant).kinetic_energy(q, v), in_axes=-1, out_axes=-1
+            )(element, q, v)
+        )
+        potential += jnp.sum(
+            jax.vmap(
+                lambda e, q: seen(e, invariant).height_energy(q, system.gravity),
+                in_axes=-1,
+                out_axes=-1,
+            )(element, q)
+        )
+    for book in books:
+        element, nodes = book[:2]
+        if isinstance(element, Massive):
+            motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
+            if invariant:
+                motions = tuple(from_turning(*motion) for motion in motions)
+            each = jax.vmap(
+                lambda e, m: (e.kinetic_energy(m), e.height_energy(m, system.gravity)),
+                in_axes=-1,
+                out_axes=-1,
+            )(element, motions)
+            kinetic, potential = kinetic + jnp.sum(each[0]), potential + jnp.sum(each[1])
+        if book[2]:
+            elastic += jnp.sum(_each(t, ev, book, "energy"))
+    return kinetic, elastic, potential

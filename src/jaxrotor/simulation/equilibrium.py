@@ -1,0 +1,143 @@
+"""Where the machine rests under its weight."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.kinematics import COORDINATES
+from ..core.parameter import known, numbers
+from ..integrators.newton import newton_root
+from ..machine.field import Reference, evaluate, initial_states, n_free
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..machine.system import System, assemble
+from .free_turning import turning_at_rest
+from .state import State, from_flat
+
+# Near its wall a film stiffens faster than Newton's method converges; towards the root of a cubic law it
+# gains a third of the way in each step.
+_ITERATIONS = 100
+
+
+@takes()
+def static_equilibrium(machine: Machine) -> State:
+    """The machine at rest under gravity and constant loads at t = 0, by Newton's method.
+
+    A spin that nothing holds (a torque-driven line) is held at its given angle. Differentiable.
+    Raises `InputError` where some other motion is free under a load.
+    """
+    machine.check()
+    state, rest = _equilibrium(machine)
+    refuse_unbalanced(machine, rest)
+    return state
+
+
+@eqx.filter_jit
+def _equilibrium(machine: Machine) -> tuple[State, Array]:
+    system = assemble(machine)
+    zero = jnp.zeros(())
+    reference = (system.reference(zero)[0], zero, zero)
+    y, left = resting(system, reference)
+    return from_flat(zero, y, system, reference), left
+
+
+def resting(system: System, reference: Reference) -> tuple[Float[Array, " d"], Float[Array, "n 6"]]:
+    """The flat state of rest, measured from `reference`, whose speed must be zero; and what is left of the
+    loads on the free coordinates of each station (machine's order), but for the common torque of each free
+    line."""
+    n, z = n_free(system), initial_states(system)
+    free = np.array(system.layout.free, int)
+    zero = jnp.zeros(())
+
+    def loads(u):
+        y = jnp.concatenate([u, jnp.zeros(n), z])
+        return evaluate(zero, y, system, reference).loads.ravel()[free]
+
+    u, left = _balanced(loads, jnp.zeros(n), system)
+    return jnp.concatenate([u, jnp.zeros(n), z]), left
+
+
+def running(system: System, reference: Reference) -> tuple[Float[Array, " d"], Float[Array, "n 6"]]:
+    """Where the turning, balanced machine stays (`system` is its nominal one): no net load, internal states
+    at rest. A free spin is left where it is. What is left of the loads as from `resting`."""
+    n, z = n_free(system), initial_states(system)
+    free = np.array(system.layout.free, int)
+    zero = jnp.zeros(())
+
+    def loads(x):
+        y = jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
+        ev = evaluate(zero, y, system, reference)
+        return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
+
+    x, left = _balanced(loads, jnp.concatenate([jnp.zeros(n), z]), system)
+    return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]]), left
+
+
+def _balanced(
+    loads: Callable[[Array], Array], start: Array, system: System
+) -> tuple[Array, Float[Array, "n 6"]]:
+    """Where the loads vanish, a free line's common turning held where it is in place of its common torque.
+    Left to Newton's method, an unbalanced rotor would swing to its lowest place, from where its weight has no
+    stiffness at all."""
+    layout, n = system.layout, n_free(system)
+    turning = turning_at_rest(system)
+
+    def missing(x):
+        left = loads(x)
+        if turning is None:
+            return left
+        return left.at[:n].add(turning.free @ (x[:n] - left[:n]))
+
+    farther = None
+    if turning is not None:
+        more = start.size - n
+        farther = turning.free @ turning.farther - turning.farther
+        farther = jnp.pad(farther, ((0, more), (0, more)))
+    x = newton_root(missing, start, _ITERATIONS, 1e-12, farther) if start.size else start
+    left = missing(x)[:n] if n else jnp.zeros(0)
+    grounded = jnp.zeros(6 * layout.n_mass).at[np.array(layout.free, int)].set(left)
+    grounded = jnp.pad(grounded.reshape(6, -1), ((0, 0), (0, layout.n_ground)))
+    return x, grounded.T[np.array(layout.internal)]
+
+
+def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
+    """Raises where something beside a free line's common turning would start to move."""
+    values = known(rest)
+    if values is None:
+        return
+    left = np.abs(values)
+    if not np.all(np.isfinite(left)):
+        raise InputError(
+            "no static equilibrium was found: Newton's method left the finite numbers; start from "
+            'initial="undeformed"'
+        )
+    weight = 1e-6 * (1.0 + np.linalg.norm(numbers(machine.gravity)))
+    station, coordinate = np.unravel_index(np.argmax(left), left.shape)
+    if left[station, coordinate] > weight:
+        if coordinate == 5:
+            raise InputError(_unbalanced_torque(machine, int(station), values))
+        unit = "N" if coordinate < 3 else "N*m"
+        raise InputError(
+            f"no static equilibrium: `{machine.wiring.stations[station]}` is free to move along "
+            f"{COORDINATES[coordinate]} under a load of {left[station, coordinate]:.3g} {unit}: "
+            'support it, fix that coordinate, or start from initial="running" (where it is carried once '
+            'it turns, as by a film) or "undeformed"'
+        )
+
+
+def _unbalanced_torque(machine: Machine, station: int, left: np.ndarray) -> str:
+    wiring = structure_of(machine).wiring
+    beside = [
+        f"`{name}`" for name, ends in zip(wiring.connectors, wiring.ends)
+        if len(ends) > 1 and any(s == station for s, _ in ends)
+    ]  # fmt: skip
+    return (
+        f"no static equilibrium: at rest {left[station, 5]:.3g} N*m about the axis are left on "
+        f"`{wiring.stations[station]}`, which {' and '.join(beside) or 'nothing'} must carry, "
+        'but cannot; check what joins it, take the load off at t = 0, or start from initial="undeformed"'
+    )

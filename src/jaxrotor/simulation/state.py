@@ -1,0 +1,50 @@
+"""The state of a machine as its user sees it: stations in the order of the machine."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.kinematics import from_turning, to_turning
+from ..core.part import Part
+from ..machine.field import Reference, initial_states, pack, unpack
+from ..machine.system import System
+
+
+class State(Part):
+    """Coordinates and rates of every station, in the machine's order (`machine.wiring.stations`).
+
+    - `position`: (n, 6), m and rad: x, y, z, psi, theta, phi.
+    - `velocity`: (n, 6), m/s and rad/s.
+    - `internal`: the elements' internal states, flat; `None` stands for their own initial ones.
+
+    What is prescribed (a driven end, a fixed coordinate) is taken from the machine, not from here.
+    """
+
+    position: Float[Array, "n 6"]
+    velocity: Float[Array, "n 6"]
+    internal: Float[Array, " k"] | None = None
+
+
+def to_flat(state: State, system: System, reference: Reference) -> Float[Array, " d"]:
+    """The solver's state."""
+    order = np.argsort(np.array(system.layout.internal))[: system.layout.n_mass]
+    internal = initial_states(system) if state.internal is None else state.internal
+    q, v = (jnp.asarray(x, float)[order].T for x in (state.position, state.velocity))
+    if system.layout.invariant:
+        q, v = to_turning(q, v)
+    return pack(q, v, internal, system, reference)
+
+
+def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) -> State:
+    """The user's state at time `t`; driven ends included."""
+    phi, w, _ = reference
+    u, s, z = unpack(t, y, system, reference)
+    turn = 1.0 if system.turn is None else system.turn[: system.layout.n_mass]
+    q, v = u.at[5].add(phi * turn), s.at[5].add(w * turn)
+    if system.ground:
+        qg, vg, _ = system.given(t, reference)
+        q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)
+    if system.layout.invariant:
+        q, v = from_turning(q, v)
+    index = np.array(system.layout.internal)
+    return State(q.T[index], v.T[index], z)

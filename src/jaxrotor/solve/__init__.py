@@ -1,1 +1,0 @@
-"""From a machine to its motion: steps, solvers, starts and results."""

@@ -1,1 +1,0 @@
-"""Sweeps: one machine many times over, in batches."""

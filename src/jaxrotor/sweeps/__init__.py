@@ -1,0 +1,12 @@
+"""One machine many times over, in batches."""
+
+from .cases import Cases
+from .outputs import OverSpeed, TimeSeries
+from .sensitivity import local_slopes, sobol_indices
+from .sweep import sweep
+
+__all__ = ["Cases", "OverSpeed", "TimeSeries", "local_slopes", "sobol_indices", "sweep"]
+
+
+def __dir__() -> list[str]:
+    return __all__

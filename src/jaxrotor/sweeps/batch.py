@@ -1,0 +1,203 @@
+"""One batch of machines, compiled once: runs that keep only what is asked of them."""
+
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from jaxtyping import Array, Bool, Float
+
+from ..identification.bench import Bench
+from ..integrators.adaptive import adaptive_samples
+from ..integrators.exponential import ETD4RK, ExponentialAdams
+from ..machine.field import jacobian, vector_field
+from ..machine.machine import Machine
+from ..machine.system import assemble, jump_times
+from ..objectives.measure import Seen
+from ..simulation.checks import _STEADY_GAP, initial_speed
+from ..simulation.response import Response, RunInfo
+from ..simulation.sampling_grid import Grid, Ticking
+from ..simulation.simulate import march_samples, start
+from ..simulation.solver import tolerances
+from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
+
+
+class Setup(eqx.Module):
+    """Everything that the machines of a sweep share. `linear`: A of the solver where none of them changes it,
+    else `None`, one for each."""
+
+    machine: Machine
+    outputs: dict[str, Any]
+    solver: Any
+    initial: Any
+    speed: Any
+    linear: Float[Array, "d d"] | None
+    linearised_at: Float[Array, ""]
+    numbers: Float[Array, "2"]  # rtol, atol
+    step: Float[Array, ""] | None  # of other solvers, fixed, s
+    interval: Float[Array, ""]
+    count: int = eqx.field(static=True)  # samples
+    grid: Grid | None = eqx.field(static=True)
+
+
+class Outcome(NamedTuple):
+    """Of a batch. `failed`: the first sample that is not finite, or -1."""
+
+    values: dict[str, Array]
+    failed: Array
+
+
+def placed(machine: Machine, values: dict[str, Any]) -> Machine:
+    return Bench(machine, {}).set(values).machine
+
+
+def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d"]:
+    """The state from which one machine starts."""
+    machine = placed(setup.machine, values)
+    speed = initial_speed(machine, setup.initial, setup.speed)
+    y0, missed = start(machine, assemble(machine), setup.initial, speed)
+    if isinstance(setup.initial, str) and setup.initial == "steady":
+        y0 = jnp.where(missed < _STEADY_GAP, y0, jnp.nan)
+    return y0
+
+
+def member(
+    setup: Setup, values: dict[str, Float[Array, ""]], y0: Float[Array, " d"] | None = None
+) -> Outcome:
+    """One machine of the sweep. `y0`: where it starts, if that is known."""
+    machine = placed(setup.machine, values)
+    if not any(needs_run(one) for one in setup.outputs.values()):
+        return Outcome(evaluated(setup.outputs, None, machine), jnp.array(-1))
+    samples = jnp.arange(setup.count) * setup.interval
+
+    def start_state():
+        return begun(setup, values) if y0 is None else y0
+
+    if needs_states(setup.outputs):
+        y = _states(setup, machine, samples, None, start_state())
+        response: Any = Response(machine, samples, y, RunInfo("sweep"))
+        fine = jnp.isfinite(y).all(axis=1)
+        return _told(setup, machine, response, fine)
+    sensors = all_sensors(setup.outputs)
+
+    def watch(t, y):
+        seen = Response(machine, t, y, RunInfo("sweep"))
+        signals = tuple(sensor.signal(seen) for sensor in sensors)
+        return signals, jnp.isfinite(y).all(axis=1)
+
+    signals, fine = _states(setup, machine, samples, watch, start_state())
+    return _told(setup, machine, Seen(samples, sensors, signals), fine)
+
+
+def _told(setup: Setup, machine: Machine, seen: Any, fine: Bool[Array, " nt"]) -> Outcome:
+    failed = jnp.where(fine.all(), -1, jnp.argmin(fine))
+    values = evaluated(setup.outputs, seen, machine)
+    # series keep what they had; a number of half a run would mislead
+    whole = {
+        name: jnp.where(_sound(setup.outputs[name], failed, value), value, jnp.nan)
+        for name, value in values.items()
+    }
+    return Outcome(whole, failed)
+
+
+def _sound(output: Any, failed: Array, value: Array) -> Array:
+    if not isinstance(output, TimeSeries):
+        return failed < 0
+    return (failed < 0) | (jnp.arange(value.shape[0]) * output.every < failed)
+
+
+def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) -> Any:
+    """The states at the samples, or what `watch` keeps of them."""
+    system = assemble(machine)
+    terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
+    jumps = jump_times(system)
+    ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, y0.size)
+    solver = setup.solver
+    if isinstance(solver, (ExponentialAdams, ETD4RK)):
+        A = setup.linear
+        if A is None:
+            A = jacobian(assemble(machine, nominal=True), setup.linearised_at)
+        return march_samples(solver, A, terms, samples, jumps, y0, system, False, ticking, watch)
+    relative, absolute = tolerances(system, setup.numbers[0], setup.numbers[1])
+    y, _ = adaptive_samples(
+        solver, terms, samples, jumps, y0, system, relative, absolute, setup.step, ticking=ticking
+    )  # fmt: skip
+    return y if watch is None else watch(samples, y)
+
+
+@eqx.filter_jit
+def run_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Outcome:
+    """All machines of a batch at once."""
+    return jax.vmap(lambda own: member(setup, own))(values)
+
+
+@eqx.filter_jit
+def _begun_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Float[Array, "b d"]:
+    return jax.vmap(lambda own: begun(setup, own))(values)
+
+
+@eqx.filter_jit
+def _run_sharded(setup: Setup, values, y0, mesh: Mesh) -> Outcome:
+    arrays, rest = eqx.partition(setup, eqx.is_array)
+
+    def share(arrays, values, y0):
+        return jax.vmap(lambda own, y: member(eqx.combine(arrays, rest), own, y))(values, y0)
+
+    rows = PartitionSpec(mesh.axis_names[0])
+    return jax.shard_map(
+        share, mesh=mesh, in_specs=(PartitionSpec(), rows, rows), out_specs=rows, check_vma=False
+    )(arrays, values, y0)
+
+
+def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh) -> Outcome:
+    """The same with the batch divided among devices, each of which runs a program of its own.
+
+    Split by the compiler instead, loops would ask all devices whether one of them goes on. The starts are
+    found on one device: batched LAPACK calls of several devices of one processor wait for each other for ever
+    (docs/solving.md).
+    """
+    y0 = jnp.zeros((next(iter(values.values())).size, 0))
+    if any(needs_run(one) for one in setup.outputs.values()):
+        y0 = _begun_batch(setup, values)
+    rows = NamedSharding(mesh, PartitionSpec(mesh.axis_names[0]))
+    return _run_sharded(setup, jax.device_put(values, rows), jax.device_put(y0, rows), mesh)
+
+
+def solves_as_it_runs(setup: Setup) -> bool:
+    """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor
+    cannot share a batch."""
+    implicit = not isinstance(setup.solver, (ExponentialAdams, ETD4RK))
+    return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
+
+
+@eqx.filter_jit
+def _changes(machine: Machine, speed, values: dict, steps: dict) -> Array:
+    def linear(values):
+        return jacobian(assemble(placed(machine, values), nominal=True), speed)
+
+    return jnp.max(jnp.abs(jax.jvp(linear, (values,), (steps,))[1]))
+
+
+def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray]) -> bool:
+    """Whether no swept parameter enters the solver's linear part: its derivative along each is exactly zero,
+    at three rows of the table."""
+    n = next(iter(values.values())).size
+    for row in {0, n // 2, n - 1}:
+        at = {path: jnp.asarray(x[row]) for path, x in values.items()}
+        for path in values:
+            one = {p: jnp.asarray(1.0 if p == path else 0.0) for p in values}
+            if float(_changes(machine, jnp.asarray(speed), at, one)) != 0.0:
+                return False
+    return True
+
+
+def linear_part(machine: Machine, speed: Any) -> Array:
+    return _linear(machine, jnp.asarray(speed))
+
+
+@eqx.filter_jit
+def _linear(machine: Machine, speed):
+    return jacobian(assemble(machine, nominal=True), speed)

@@ -1,0 +1,48 @@
+"""Is every machine of the table one, and can the runs start?"""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..core.errors import InputError
+from ..identification.bench import Bench
+from ..machine.machine import Machine
+from ..machine.system import assemble
+from ..simulation.checks import initial_speed, refuse_sampled_whirl
+from ..simulation.equilibrium import refuse_unbalanced
+from ..simulation.sampling_grid import Grid
+from ..simulation.simulate import start
+from .cases import Cases
+
+# Rows that are checked one by one, at most: each takes milliseconds.
+_ROWS = 256
+
+
+def check_cases(machine: Machine, cases: Cases) -> None:
+    """Every path is a number of the machine, and every row is a machine: of a long table those with each
+    parameter's extremes, and some between."""
+    bench = Bench(machine, {})
+    for path in cases.values:
+        bench.get(path)
+    rows = {int(end(x)) for x in cases.values.values() for end in (np.argmin, np.argmax)}
+    rows |= set(np.linspace(0, len(cases) - 1, min(_ROWS, len(cases))).astype(int).tolist())
+    for row in sorted(rows):
+        try:
+            bench.set({path: jnp.asarray(x[row]) for path, x in cases.values.items()})
+        except InputError as error:
+            told = [f"case {row + 1}: {sentence}" for sentence in error.problems]
+            raise InputError(*told) from None
+
+
+def check_start(first: Machine, initial: Any, speed: Any, grid: Grid | None) -> None:
+    """As `simulate` does, with the first machine."""
+    refuse_sampled_whirl(initial, grid is not None)
+    if isinstance(initial, str) and initial == "static":
+        refuse_unbalanced(first, _unbalanced(first, initial, initial_speed(first, initial, speed)))
+
+
+@eqx.filter_jit
+def _unbalanced(machine: Machine, initial: str, speed: Any):
+    return start(machine, assemble(machine), initial, speed)[1]

@@ -1,0 +1,194 @@
+"""The steps of each machine of a sweep: one plan for all, and finer ones for those that need them."""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..core.errors import InputError
+from ..integrators.exponential import ETD4RK
+from ..machine.machine import Machine
+from ..objectives.peak import PeakValue
+from ..sensors.sensor import Tachometer
+from ..simulation.checks import initial_speed
+from ..simulation.plan import (
+    BUCKETS,
+    Plan,
+    _pilot,
+    _speeds,
+    fewest,
+    plan as make_plan,
+    top_frequency,
+)
+from ..simulation.simulate import chosen_plan, with_substeps
+from .batch import Setup, placed, run_batch
+from .cases import Cases
+from .memory import rows_at_once
+
+# Of a machine for which no step is found: it is not run.
+NO_STEP = -1
+# Machines that may have no step before the sweep as a whole is refused.
+_TRIES = 8
+# A guess of more steps in a sample interval is none: numbers would leave the finite ones first.
+_MOST_STEPS = 4096
+# Of a line that no drive holds: machines tried for the speed that they reach, and how often.
+_SCOUTS, _ROUNDS = 64, 4
+
+
+class Steps(NamedTuple):
+    """`substeps`: (n,) of each machine, `NO_STEP` where none is found, 0 where the solver chooses. `speed`:
+    rad/s, at which all are linearised. `reason`: why some have none."""
+
+    substeps: np.ndarray
+    speed: float
+    reason: str = ""
+
+
+def steps_of(setup: Setup, cases: Cases, t_end: float, rate: float, step: Plan | float | None):
+    """For an exponential solver. Raises `InputError` where no machine has a step."""
+    first = row_of(setup.machine, cases.values, 0)
+    own = float(initial_speed(first, setup.initial, setup.speed))
+    ones = np.ones(len(cases), int)
+    if isinstance(step, Plan):
+        return Steps(ones * step.substeps, step.speed)
+    when, top = _top_speeds(setup.machine, cases.values, t_end, own)
+    good = np.isfinite(top) & (top / rate < 0.25 * _MOST_STEPS)
+    if not good.any():
+        good[:] = True  # let the plan itself say what is wrong
+    if step is not None:
+        row = int(np.argmax(np.where(good, top, -1.0)))
+        fastest = row_of(setup.machine, cases.values, row)
+        planned = chosen_plan(fastest, t_end, rate, own, setup.solver, step)
+        return Steps(ones * planned.substeps, planned.speed)
+    if not setup.machine.is_driven:
+        top = _reached(setup, cases, t_end, rate, top, good)
+    planned, good = _planned(setup, cases, t_end, rate, top, good)
+    batch = {path: jnp.asarray(x) for path, x in cases.values.items()}
+    swing = np.asarray(_frequencies_of(setup.machine, batch))[good]
+    least = fewest(float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 1.0 / rate)
+    planned = dataclasses.replace(planned, substeps=max(planned.substeps, least))
+    substeps, reason = _substeps(setup.machine, cases.values, planned, when, 1.0 / rate, good)
+    return Steps(substeps, planned.speed, reason)
+
+
+def row_of(machine: Machine, values: dict[str, np.ndarray], row: int) -> Machine:
+    return placed(machine, {path: jnp.asarray(x[row]) for path, x in values.items()})
+
+
+def _order(solver: Any) -> int:
+    return 6 if solver is None or isinstance(solver, ETD4RK) else solver.order_
+
+
+def _rows(values: dict[str, np.ndarray], rows: np.ndarray, size: int) -> dict[str, jax.Array]:
+    """A batch of those rows, filled up by the last one."""
+    filled = rows[np.minimum(np.arange(size), rows.size - 1)]
+    return {path: jnp.asarray(x[filled]) for path, x in values.items()}
+
+
+@eqx.filter_jit
+def _speeds_of(machine: Machine, values: dict, times: jax.Array) -> jax.Array:
+    return jax.lax.map(lambda own: _speeds(placed(machine, own), times), values)
+
+
+@eqx.filter_jit
+def _frequencies_of(machine: Machine, values: dict) -> jax.Array:
+    return jax.lax.map(lambda own: top_frequency(placed(machine, own)), values)
+
+
+def _top_speeds(machine: Machine, values: dict, t_end: float, own: float):
+    """When each machine's drive turns fastest (s), and how fast (rad/s), or `own` if that is higher."""
+    times = np.linspace(0.0, t_end, 512)
+    batch = {path: jnp.asarray(x) for path, x in values.items()}
+    speeds = np.abs(np.asarray(_speeds_of(machine, batch, jnp.asarray(times))))
+    speeds = np.where(np.isnan(speeds), np.inf, speeds)
+    return times[np.argmax(speeds, axis=1)], np.maximum(speeds.max(axis=1), abs(own))
+
+
+def _planned(setup: Setup, cases: Cases, t_end, rate, top, good) -> tuple[Plan, np.ndarray]:
+    """A plan for the fastest machine that has one; and which may have one."""
+    good, error = good.copy(), None
+    for row in np.argsort(-np.where(good, top, -1.0), kind="stable")[:_TRIES]:
+        if not good[row]:
+            break
+        machine = row_of(setup.machine, cases.values, row)
+        try:
+            return make_plan(
+                machine, t_end, rate, float(top[row]), order=_order(setup.solver)
+            ), good
+        except InputError as found:
+            error, good[row] = error or found, False
+    raise error if error else InputError("cases: none of them has a finite speed")
+
+
+def _reached(setup: Setup, cases: Cases, t_end, rate, top, good) -> np.ndarray:
+    """Speeds that lines without a drive reach: found by running some of them, as `simulate` does with one."""
+    few = np.unique(np.linspace(0, len(cases) - 1, min(_SCOUTS, len(cases))).astype(int))
+    ends = {int(f(x)) for x in cases.values.values() for f in (np.argmin, np.argmax)}
+    few = np.array(sorted({*few.tolist(), *ends} & set(np.flatnonzero(good).tolist())))
+    stations = setup.machine.wiring.stations
+    seen = {s: PeakValue(Tachometer(s)) for s in stations}
+    # those in between may be a little faster
+    margin = 1.0 if few.size == len(cases) else 1.1
+    size = min(few.size, rows_at_once(setup.machine))
+    top = top.copy()
+    for turn in range(_ROUNDS):
+        planned, _ = _planned(setup, cases, t_end, rate, top, good)
+        solver = with_substeps(setup.solver, planned)
+        scout = dataclasses.replace(
+            setup, outputs=seen, solver=solver, linearised_at=jnp.asarray(planned.speed)
+        )
+        found = []
+        for first in range(0, few.size, size):
+            rows = few[first : first + size]
+            values = run_batch(scout, _rows(cases.values, rows, size)).values
+            found.append(np.max([np.asarray(values[s])[: rows.size] for s in stations], axis=0))
+        speeds = np.concatenate(found)
+        most = 10 * planned.top_speed + 1000.0
+        # one that went astray may only have had too long a step: once it counts with the most
+        speeds = np.where(np.isfinite(speeds), speeds, most if turn == 0 else 0.0)
+        top[few] = np.maximum(np.minimum(speeds, most), 0.0)
+        if top[few].max() <= 1.1 * planned.top_speed + 1.0:
+            break
+    rest = np.setdiff1d(np.arange(len(cases)), few)
+    top[rest] = np.maximum(top[rest], margin * top[few].max())
+    return top
+
+
+@eqx.filter_jit
+def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, order: int):
+    def one(own, when):
+        return _pilot(placed(machine, own), when, at[0], at[1], at[2], order)
+
+    return jax.vmap(one)(values, when)
+
+
+def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
+    """Steps in a sample interval that each machine needs for the plan's tolerance: the plan's own, or
+    more; and why some have none. Each is tried in a pilot at the plan's top speed with the plan's step,
+    then those that miss the tolerance with the next finer one."""
+    found = np.full(good.size, NO_STEP)
+    left = np.flatnonzero(good)
+    batch = min(good.size, rows_at_once(machine))
+    for size in [size for size in BUCKETS if size >= plan.substeps] or [plan.substeps]:
+        at = [jnp.asarray(x) for x in (interval, size, plan.top_speed)]
+        errors = []
+        for first in range(0, left.size, batch):
+            rows = left[np.minimum(np.arange(first, first + batch), left.size - 1)]
+            own = _rows(values, rows, batch)
+            got = np.asarray(_pilots(machine, own, jnp.asarray(when[rows]), at, plan.order))
+            errors.append(got[: left.size - first])
+        fine = np.concatenate(errors) <= plan.tolerance
+        found[left[fine]] = size
+        left = left[~fine]
+        if not left.size:
+            break
+    reason = (
+        f"no step was found that keeps the error below {plan.tolerance:g}: raise the sample rate, give a "
+        "step, or choose a solver for stiff nonlinearity such as jr.Rosenbrock()"
+    )
+    if (found == NO_STEP).all():
+        raise InputError(f"cases: {reason}")
+    return found, reason if (found == NO_STEP).any() else ""
