@@ -53,12 +53,12 @@ def by_jaxrotor(sensed, record):
 
     def go(iterations):
         began = time.perf_counter()
-        stage = jr.Stage(jr.Time(), iterations)
+        stage = jr.Stage(jr.identification.Time(), iterations)
         found = jr.identify(
             two_rotors(START),
             unknowns(),
             sensed,
-            jr.Trial(record, step=RUN_UP["step"]),
+            jr.MeasuredRun(record, step=RUN_UP["step"]),
             stages=[stage],
         )
         return found, time.perf_counter() - began

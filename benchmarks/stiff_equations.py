@@ -78,7 +78,7 @@ def _rub(t, y, dy):
 
 def rolling():
     """A rotor in a ball bearing with clearance and a pit in its outer race."""
-    pit = jr.OuterRaceDefect(-np.pi / 2, 0.2, 4e-6)
+    pit = jr.elements.OuterRaceDefect(-np.pi / 2, 0.2, 4e-6)
     bearing = jr.RollingBearing(1e10, 8e-3, 40e-3, 5e-6, 0.0, 3000.0, defects=(pit,), balls=9)
     return _disc(2.0, 300.0, 1e-5, {"bearing": bearing})
 

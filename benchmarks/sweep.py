@@ -37,7 +37,7 @@ def batch(count: int, devices: int) -> tuple[float, float, float]:
 
     machine, path = two_rotors(), "main.unbalance.eccentricity"
     plan = jr.Plan(SUBSTEPS, 6, 500.0, 1000.0, float("nan"), float("nan"))
-    peak = jr.PeakValue(jr.Radial("main"))
+    peak = jr.objectives.PeakValue(jr.sensors.Radial("main"))
     if count == 1:
 
         def run():

@@ -30,7 +30,7 @@ from jaxrotor.plot.style import COLOURS, figure, label, legend
 LEVELS = (0.01, 0.05)
 
 
-def picture(replicas: dict[float, jr.Replicas]):
+def picture(replicas: dict[float, jr.identification.Replicas]):
     """Distance from the truth in stated standard deviations, beside the bell it should make."""
     paths = next(iter(replicas.values())).paths
     fig, axes = figure(2, 3, (13.0, 7.0), sharex=True, sharey=True)
@@ -66,10 +66,14 @@ def main() -> None:
     for level in LEVELS:
         sensed, record = run_up(level, 1)
         base = jr.identify(
-            two_rotors(), unknowns(), sensed, jr.Trial(record, step=RUN_UP["step"]), shaft="main"
+            two_rotors(),
+            unknowns(),
+            sensed,
+            jr.MeasuredRun(record, step=RUN_UP["step"]),
+            shaft="main",
         )
         began = time.perf_counter()
-        found[level] = jr.bootstrap(base, given.count, seed=2)
+        found[level] = jr.identification.bootstrap(base, given.count, seed=2)
         took = time.perf_counter() - began
         for path in base.paths:
             covered, spread = found[level].coverage[path], found[level].spread[path]

@@ -16,10 +16,10 @@ SOURCE = ROOT / "src" / "jaxrotor"
 BEGIN, END = "<!-- map: python docs/house.py --write -->", "<!-- end of map -->"
 # From the ground up.
 ORDER = """
-core profiles search machine
-elements/laws elements/rotors elements/shafts elements/couplings elements/drives elements/bearings elements/control
-integrators simulation interop linear sensors identification objectives optimization sweeps diagnostics
-plot study commands
+core profiles machine
+elements/laws elements/rotors elements/shafts elements/couplings elements/drives elements/bearings
+elements/control elements integrators simulation interop linear sensors search identification objectives
+optimization sweeps diagnostics plot study commands
 """.split()
 
 

@@ -34,9 +34,9 @@ from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 
 T_END, RATE, STEP = 1.5, 2000.0, 1.25e-4
 MOVING = 0.03  # s, of the mean about which the twist vibrates
-TWIST = jr.Twist("main", "end")
-RMS = jr.RootMeanSquare(TWIST, moving=MOVING)
-EFFORT = jr.Integral(jr.Signal("damper", "torque"), power=2)
+TWIST = jr.sensors.Twist("main", "end")
+RMS = jr.objectives.RootMeanSquare(TWIST, moving=MOVING)
+EFFORT = jr.objectives.Integral(jr.sensors.Signal("damper", "torque"), power=2)
 PRICE = 3e-6  # rad for each (N·m)² s
 GAINS = ("damper.controller.stiffness", "damper.controller.damping")
 REDUCED = 10.0  # dB
@@ -80,8 +80,8 @@ def line(beta: float, end, attachments, fixed=None, twist: str = "invariant") ->
 
 def started_by_a_motor(limit: float) -> jr.Machine:
     """The motor's rotor with its half of the coupling stands at the driven end; the damper is off."""
-    actuator = jr.Actuator(limit=limit, bandwidth=3000.0, delay=2e-4)
-    damper = jr.ActiveTorque(jr.PD(0.0, 0.0), jr.TwistOf(0, 1), actuator)
+    actuator = jr.elements.Actuator(limit=limit, bandwidth=3000.0, delay=2e-4)
+    damper = jr.elements.ActiveTorque(jr.elements.PD(0.0, 0.0), jr.elements.TwistOf(0, 1), actuator)
     return line(
         1e-5,
         jr.Rotor(8.0, 0.016, 0.016),
@@ -91,8 +91,8 @@ def started_by_a_motor(limit: float) -> jr.Machine:
 
 
 def papers_machine(limit: float) -> jr.Machine:
-    actuator = jr.Actuator(limit=limit, bandwidth=3000.0, delay=2e-4)
-    damper = jr.ActiveTorque(jr.PD(0.0, 0.0), jr.TwistOf(0, 1), actuator)
+    actuator = jr.elements.Actuator(limit=limit, bandwidth=3000.0, delay=2e-4)
+    damper = jr.elements.ActiveTorque(jr.elements.PD(0.0, 0.0), jr.elements.TwistOf(0, 1), actuator)
     drive = jr.PrescribedSpin(jr.CosineRamp(speed=1000.0, duration=2.5))
     return line(0.002, drive, {"damper": (damper, ("right", "main"))}, twist="paper")
 
@@ -113,9 +113,9 @@ def scattered(machine: jr.Machine, count: int, seed: int, spread: float = 0.2) -
 
 def designed(
     machine: jr.Machine, count: int, seed: int, progress: bool | None = None
-) -> jr.Optimum:
+) -> jr.optimization.Optimum:
     """Gains for the least mean vibration of a batch, at a price for the torque squared."""
-    start = jr.Transient(
+    start = jr.optimization.SimulatedRun(
         T_END, RATE, step=STEP, variations=scattered(machine, count, seed) if count > 1 else None
     )
     return jr.optimize(
@@ -209,9 +209,9 @@ def draw_batch(rows: np.ndarray, share: float):
 def on_the_papers_machine(limit: float, progress: bool | None = None):
     """RMS of the twist over the run-up without and with the best damper, and the optimum."""
     machine = papers_machine(limit)
-    run = jr.Transient(4.0, 1000.0)
+    run = jr.optimization.SimulatedRun(4.0, 1000.0)
     start = machine.set({GAINS[1]: 1.0})
-    measure = jr.RootMeanSquare(jr.Twist("main", "right"), moving=MOVING)
+    measure = jr.objectives.RootMeanSquare(jr.sensors.Twist("main", "right"), moving=MOVING)
     found = jr.optimize(
         start,
         [jr.Unknown(GAINS[0], scale=200.0), jr.Unknown(GAINS[1], positive=True)],

@@ -53,7 +53,7 @@ def build(w, ratio, gravity: float = 0.0) -> jr.Machine:
     return jr.Machine.in_line(
         {
             "motor": jr.PrescribedSpin(motion),
-            "shaft": jr.Shaft(LENGTH, DIAMETER, flaw=jr.Asymmetry(ratio)),
+            "shaft": jr.Shaft(LENGTH, DIAMETER, flaw=jr.elements.Asymmetry(ratio)),
             "disc": jr.Rotor(mass, 0.02, 0.011),
         },
         {"air": (jr.LinearSupport(np.zeros(6), drag), "disc")},

@@ -56,7 +56,7 @@ def build(depth: float, speed: float) -> jr.Machine:
             "left": bearing(),
             "shaft": section(0.3),
             "disc": jr.Rotor(10.0, 0.03, 0.017, unbalance=jr.Unbalance(5e-6)),
-            "cracked": section(0.3, flaw=jr.Crack(depth, position=0.05)),
+            "cracked": section(0.3, flaw=jr.elements.Crack(depth, position=0.05)),
             "right": bearing(),
         },
         {"air": (jr.LinearSupport(np.zeros(6), [20.0, 20.0, 0, 0, 0, 0]), "disc")},

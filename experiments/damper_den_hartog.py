@@ -60,7 +60,7 @@ class Design(NamedTuple):
     mu: float
     found: float
     exact: float
-    optimum: jr.Optimum
+    optimum: jr.optimization.Optimum
     seconds: float
 
     @property
@@ -151,18 +151,18 @@ def _timed(name, mu, exact, measured, machine, *rest) -> Design:
     return Design(name, mu, measured(found), exact, found, time.perf_counter() - began)
 
 
-def _objective(found: jr.Optimum) -> float:
+def _objective(found: jr.optimization.Optimum) -> float:
     return found.objective
 
 
 def lowest_peaks(mu: float) -> Design:
-    peaks = K * jr.ResponsePeaks(TURN, TURN, 0.0, 2 * WN, at=AT)
+    peaks = K * jr.objectives.ResponsePeaks(TURN, TURN, 0.0, 2 * WN, at=AT)
     exact = nishihara_asami(mu)[2]
     return _timed("H-infinity", mu, exact, _objective, build(mu, *START), UNKNOWNS, peaks)
 
 
 def least_noise(mu: float) -> Design:
-    norm = (K / np.sqrt(WN)) * jr.H2Norm(TURN, TURN, at=AT)
+    norm = (K / np.sqrt(WN)) * jr.objectives.H2Norm(TURN, TURN, at=AT)
     exact = crandall_mark(mu)[2]
     return _timed("H2", mu, exact, _objective, build(mu, *START), UNKNOWNS, norm)
 
@@ -173,8 +173,10 @@ def least_after_a_blow(mu: float) -> Design:
     still = jnp.zeros((2, 6))
     blown = jr.State(still, still.at[1, 5].set(1 / J), jnp.array([0.0, -1 / J]))
     end, rate = BLOW[mu]
-    run = jr.Transient(end, rate, initial=blown, step=1 / rate, solver=jr.ETD4RK())
-    square = (K**2 / WN) * run.measure(jr.Integral(jr.Twist("end", "disc"), power=2))
+    run = jr.optimization.SimulatedRun(end, rate, initial=blown, step=1 / rate, solver=jr.ETD4RK())
+    square = (K**2 / WN) * run.measure(
+        jr.objectives.Integral(jr.sensors.Twist("end", "disc"), power=2)
+    )
     exact = crandall_mark(mu)[2]
     root = lambda found: np.sqrt(found.objective)  # noqa: E731
     return _timed("H2 in time", mu, exact, root, build(mu, *START), UNKNOWNS, square)
@@ -182,7 +184,7 @@ def least_after_a_blow(mu: float) -> Design:
 
 def fastest_decay(mu: float) -> Design:
     """As it stands: the search creeps along a crease that has no slope at its end."""
-    slowest = (-1 / WN) * jr.DecayRate(at=AT)
+    slowest = (-1 / WN) * jr.objectives.DecayRate(at=AT)
     exact = nishihara_matsuhisa(mu)[2]
     back = lambda found: -found.objective  # noqa: E731
     return _timed("stability", mu, exact, back, build(mu, *START), UNKNOWNS, slowest)
@@ -191,8 +193,8 @@ def fastest_decay(mu: float) -> Design:
 def coalescing_poles(mu: float) -> Design:
     """The mean of both pairs of poles, which are to be one: smooth, and as good as Newton's method."""
     near = jnp.array([0.0, WN])
-    mean = (1 / WN) * jr.PoleMean(near, at=AT)
-    met = (1 / WN**2) * jr.PoleSpread(near, at=AT)
+    mean = (1 / WN) * jr.objectives.PoleMean(near, at=AT)
+    met = (1 / WN**2) * jr.objectives.PoleSpread(near, at=AT)
     exact = nishihara_matsuhisa(mu)[2]
     back = lambda found: -found.objective  # noqa: E731
     return _timed(
@@ -201,7 +203,7 @@ def coalescing_poles(mu: float) -> Design:
 
 
 def no_spring(mu: float) -> Design:
-    peak = K * jr.ResponsePeaks(TURN, TURN, 0.0, 2 * WN, 1, at=AT)
+    peak = K * jr.objectives.ResponsePeaks(TURN, TURN, 0.0, 2 * WN, 1, at=AT)
     exact = lanchester(mu)[2]
     return _timed(
         "Lanchester", mu, exact, _objective, without_spring(mu, START[1]), UNKNOWNS[1:], peak

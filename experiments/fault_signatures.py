@@ -121,8 +121,8 @@ def main() -> None:
 
     rates = {k: float(v) for k, v in bearing().frequencies().items()}
     for place, name, defect in (
-        (axes[1, 0], "outer", jr.OuterRaceDefect(-np.pi / 2, 0.12, 6e-6)),
-        (axes[1, 1], "inner", jr.InnerRaceDefect(0.0, 0.12, 6e-6)),
+        (axes[1, 0], "outer", jr.elements.OuterRaceDefect(-np.pi / 2, 0.12, 6e-6)),
+        (axes[1, 1], "inner", jr.elements.InnerRaceDefect(0.0, 0.12, 6e-6)),
     ):
         machine = held({"bearing": bearing(defect)}, 2e-6, 2.0)
         orders, sizes = envelope(machine, turns)
@@ -143,7 +143,7 @@ def main() -> None:
             marks,
         )
 
-    law = jr.Bilinear(stiffness=1e4, other_stiffness=1e5, damping=30.0, other_damping=30.0)
+    law = jr.elements.Bilinear(stiffness=1e4, other_stiffness=1e5, damping=30.0, other_damping=30.0)
     support = jr.LinearSupport([4e5] + [0.0] * 5, [60.0] + [0.0] * 5)
     run = settled(
         held({"foot": jr.LawSupport(y=law), "side": support}, 2e-4, 2.0), turns, per_turn, 200

@@ -52,18 +52,24 @@ def unknowns() -> list[jr.Unknown]:
     ]
 
 
-def trials(records) -> list[jr.Trial]:
+def trials(records) -> list[jr.MeasuredRun]:
     return [
-        jr.Trial(record, initial="undeformed", step=COUPLING_RUNS["step"], conditions=conditions)
+        jr.MeasuredRun(
+            record, initial="undeformed", step=COUPLING_RUNS["step"], conditions=conditions
+        )
         for record, conditions in zip(records, ({}, LOAD_STEP))
     ]
 
 
-def identified(sensed, records) -> jr.Identification:
+def identified(sensed, records) -> jr.identification.Identification:
     wrong = coupling_bench({path: 1.5 * value for path, value in COUPLING.items()})
     # what is slow first: there no cycle is skipped
     return jr.identify(
-        wrong, unknowns(), sensed, trials(records), stages=(jr.Frequencies(0.0, 12.0), jr.Time())
+        wrong,
+        unknowns(),
+        sensed,
+        trials(records),
+        stages=(jr.identification.Frequencies(0.0, 12.0), jr.identification.Time()),
     )
 
 
@@ -87,7 +93,7 @@ def band(curve, p, covariance):
     return np.asarray(curve(p)), np.sqrt(np.einsum("ki,ij,kj->k", slopes, covariance, slopes))
 
 
-def characteristics(found: jr.Identification):
+def characteristics(found: jr.identification.Identification):
     p = jnp.array([found.values[path] for path in COUPLING])
     std = np.array([found.std[path] for path in COUPLING])
     covariance = found.correlation * np.outer(std, std)

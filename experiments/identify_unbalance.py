@@ -44,14 +44,14 @@ def wrong() -> tuple[jr.Machine, list[dict[str, float]]]:
     return two_rotors(start), starts
 
 
-def identified(sensed, record, **options) -> jr.Identification:
+def identified(sensed, record, **options) -> jr.identification.Identification:
     machine, starts = wrong()
     return jr.identify(
         machine,
         unknowns(),
         sensed,
-        jr.Trial(record, step=RUN_UP["step"]),
-        stages=(jr.Orders(), jr.Time()),
+        jr.MeasuredRun(record, step=RUN_UP["step"]),
+        stages=(jr.identification.Orders(), jr.identification.Time()),
         starts=starts,
         shaft="main",
         **options,
@@ -81,7 +81,7 @@ def main() -> None:
     for name, picture in pictures.items():
         save_figure(picture, out / f"{name}.png")
     print("correction in two planes of the main rotor, g*mm and degrees:")
-    correction = jr.correction(found, "main", (-0.05, 0.05))
+    correction = jr.identification.correction(found, "main", (-0.05, 0.05))
     for z, one, std in zip((-50, 50), correction.unbalance, correction.std):
         print(
             f"  z = {z:+d} mm: {1e6 * abs(one):.0f} at {np.degrees(np.angle(one)):.2f}, standard deviation "

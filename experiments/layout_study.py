@@ -38,7 +38,7 @@ T_END, RATE = 2.6, 1000.0
 SECTIONS = [f"shaft {k}.length" for k in (1, 2, 3, 4)]
 
 
-class Tilt(jr.AbstractSensor):
+class Tilt(jr.sensors.AbstractSensor):
     """Tilt of a station against the axis, rad."""
 
     station: str = eqx.field(static=True)
@@ -49,7 +49,7 @@ class Tilt(jr.AbstractSensor):
         return jnp.sqrt(at.psi**2 + at.theta**2 + 1e-24)
 
 
-class MassCentre(jr.AbstractSensor):
+class MassCentre(jr.sensors.AbstractSensor):
     """Distance of a station's mass centre from the axis, m."""
 
     station: str = eqx.field(static=True)
@@ -61,12 +61,12 @@ class MassCentre(jr.AbstractSensor):
 
 
 OUTPUTS = {
-    "main": jr.PeakValue(jr.Radial("main")),
-    "second": jr.PeakValue(jr.Radial("second")),
-    "tilt of main": jr.PeakValue(Tilt("main")),
-    "tilt of second": jr.PeakValue(Tilt("second")),
-    "centre": jr.PeakValue(MassCentre("main")),
-    "centre at speed": jr.PeakValue(MassCentre("main"), start=2.4),
+    "main": jr.objectives.PeakValue(jr.sensors.Radial("main")),
+    "second": jr.objectives.PeakValue(jr.sensors.Radial("second")),
+    "tilt of main": jr.objectives.PeakValue(Tilt("main")),
+    "tilt of second": jr.objectives.PeakValue(Tilt("second")),
+    "centre": jr.objectives.PeakValue(MassCentre("main")),
+    "centre at speed": jr.objectives.PeakValue(MassCentre("main"), start=2.4),
 }
 
 

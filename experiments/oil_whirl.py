@@ -87,7 +87,7 @@ def main() -> None:
     rpm = threshold * 60 / (2 * np.pi)
     for place, words in (("left", "journal in its bearing"), ("disc", "disc")):
         at = run[place]
-        found = jr.waterfall(at.x, at.speed, RATE, y=at.y)
+        found = jr.diagnostics.waterfall(at.x, at.speed, RATE, y=at.y)
         for name, draw in (("map", plot.waterfall_map), ("cascade", plot.cascade)):
             figure = draw(found, highest=HIGHEST, title=f"Oil whirl and whip: {words}")
             if name == "map":

@@ -28,21 +28,21 @@ from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 
 T_END = 0.6
-RMS = jr.RootMeanSquare(TWIST, moving=0.03)
-EFFORT = jr.RootMeanSquare(jr.Signal("damper", "torque"))
+RMS = jr.objectives.RootMeanSquare(TWIST, moving=0.03)
+EFFORT = jr.objectives.RootMeanSquare(jr.sensors.Signal("damper", "torque"))
 MODE = 326.0  # rad/s
 
 
-def controllers() -> dict[str, tuple[jr.AbstractController, list[jr.Unknown]]]:
+def controllers() -> dict[str, tuple[jr.elements.AbstractController, list[jr.Unknown]]]:
     at = "damper.controller."
-    network = jr.NeuralController.start([0.05, 15.0], 5.0, jax.random.PRNGKey(0), width=4)
+    network = jr.elements.NeuralController.start([0.05, 15.0], 5.0, jax.random.PRNGKey(0), width=4)
     return {
         "PD": (
-            jr.PD(0.0, 0.5),
+            jr.elements.PD(0.0, 0.5),
             [jr.Unknown(at + "stiffness", scale=100.0), jr.Unknown(at + "damping", positive=True)],
         ),
         "resonant": (
-            jr.ResonantController(0.5, MODE, 0.5),
+            jr.elements.ResonantController(0.5, MODE, 0.5),
             [
                 jr.Unknown(at + name, positive=True)
                 for name in ("damping", "frequency", "bandwidth")
@@ -52,9 +52,9 @@ def controllers() -> dict[str, tuple[jr.AbstractController, list[jr.Unknown]]]:
     }
 
 
-def machine(controller: jr.AbstractController) -> jr.Machine:
-    actuator = jr.Actuator(limit=20.0, bandwidth=3000.0)
-    damper = jr.ActiveTorque(controller, jr.TwistOf(0, 1), actuator)
+def machine(controller: jr.elements.AbstractController) -> jr.Machine:
+    actuator = jr.elements.Actuator(limit=20.0, bandwidth=3000.0)
+    damper = jr.elements.ActiveTorque(controller, jr.elements.TwistOf(0, 1), actuator)
     lateral = ("x", "y", "z", "psi", "theta")
     stations = ("second", "left", "main", "right", "end")
     attachments = {"motor": (motor(), "end"), "damper": (damper, ("end", "main"))}
@@ -62,10 +62,10 @@ def machine(controller: jr.AbstractController) -> jr.Machine:
     return line(1e-5, end, attachments, fixed=dict.fromkeys(stations, lateral))
 
 
-RUN = jr.Transient(T_END, RATE, "undeformed", step=STEP)
+RUN = jr.optimization.SimulatedRun(T_END, RATE, "undeformed", step=STEP)
 
 
-def front(name: str, efforts, progress: bool | None = None) -> list[jr.Optimum]:
+def front(name: str, efforts, progress: bool | None = None) -> list[jr.optimization.Optimum]:
     """The best of one kind of controller for each effort, N·m, each from where the last one ended."""
     controller, unknowns = controllers()[name]
     m = machine(controller)
@@ -98,7 +98,7 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
     efforts = np.geomspace(0.2, 5.0, given.points)
-    off = machine(jr.PD(0.0, 0.0))
+    off = machine(jr.elements.PD(0.0, 0.0))
     alone = float(RMS(jr.simulate(off, T_END, RATE, "undeformed", step=STEP)))
     print(f"without: {np.degrees(alone):.4f} deg RMS")
     fig, axes = figure(1, 1, (7.5, 4.8))

@@ -34,9 +34,9 @@ from jaxrotor.plot.style import COLOURS, GREY, figure, label, legend
 SPEED, BETA = 1000.0, 1e-5  # rad/s, s
 POINTS = 9  # of the spline, the two ends among them
 T_END, RATE, STEP = 3.0, 1000.0, 1.25e-4
-DEFLECTION = jr.Radial("main")
-TORQUE = jr.DriveTorque("end")
-RMS = jr.RootMeanSquare(jr.Twist("main", "end"), moving=0.03)
+DEFLECTION = jr.sensors.Radial("main")
+TORQUE = jr.sensors.DriveTorque("end")
+RMS = jr.objectives.RootMeanSquare(jr.sensors.Twist("main", "end"), moving=0.03)
 SHARPNESS = 100.0  # of the smooth maximum that is designed with; what is told is the exact one
 
 
@@ -51,15 +51,21 @@ def machine(duration: float, speeds) -> jr.Machine:
     return line(BETA, jr.PrescribedSpin(jr.SpeedSpline(times, speeds)), {})
 
 
-RUN = jr.Transient(T_END, RATE, step=STEP)
+RUN = jr.optimization.SimulatedRun(T_END, RATE, step=STEP)
 
 
 def judged(r: jr.Response) -> tuple[float, float, float]:
     """RMS twist (rad), largest drive torque (N·m) and deflection (m)."""
-    return float(RMS(r)), float(jr.PeakValue(TORQUE)(r)), float(jr.PeakValue(DEFLECTION)(r))
+    return (
+        float(RMS(r)),
+        float(jr.objectives.PeakValue(TORQUE)(r)),
+        float(jr.objectives.PeakValue(DEFLECTION)(r)),
+    )
 
 
-def designed(duration: float, allowed: float, progress: bool | None = None) -> jr.Optimum:
+def designed(
+    duration: float, allowed: float, progress: bool | None = None
+) -> jr.optimization.Optimum:
     """`allowed`: drive torque, N·m."""
     start = machine(duration, shapes(duration)["cosine"])
     points = [jr.Unknown(f"end.profile.speeds[{i}]", scale=100.0) for i in range(1, POINTS - 1)]
@@ -67,7 +73,7 @@ def designed(duration: float, allowed: float, progress: bool | None = None) -> j
         start,
         points,
         RUN.measure(RMS),
-        [RUN.measure(jr.PeakValue(TORQUE, sharpness=SHARPNESS)) <= 1.15 * allowed],
+        [RUN.measure(jr.objectives.PeakValue(TORQUE, sharpness=SHARPNESS)) <= 1.15 * allowed],
         iterations=50,
         tolerance=1e-4,
         progress=progress,

@@ -25,8 +25,8 @@ from jaxrotor.commands.output import save_figure
 from jaxrotor.plot.style import figure, label
 
 OUTPUTS = {
-    "twist": jr.RootMeanSquare(jr.Twist("main", "end"), moving=0.03),
-    "deflection": jr.PeakValue(jr.Radial("main")),
+    "twist": jr.objectives.RootMeanSquare(jr.sensors.Twist("main", "end"), moving=0.03),
+    "deflection": jr.objectives.PeakValue(jr.sensors.Radial("main")),
 }
 T_END, RATE, STEP = 3.0, 1000.0, 1.25e-4
 AXES = ("end.profile.duration", "main.unbalance.eccentricity")

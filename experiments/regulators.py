@@ -50,8 +50,10 @@ def build(gains=(0.0,) * 4, limit: float | None = None) -> jr.Machine:
     def spring(k):
         return jr.Coupling(jnp.zeros(6).at[5].set(k), jnp.zeros(6).at[5].set(DAMPING))
 
-    loop = jr.ActiveTorque(
-        jr.StateFeedback(jnp.asarray(gains, float)), jr.RelativeStates(3), jr.Actuator(limit)
+    loop = jr.elements.ActiveTorque(
+        jr.elements.StateFeedback(jnp.asarray(gains, float)),
+        jr.elements.RelativeStates(3),
+        jr.elements.Actuator(limit),
     )
     return jr.Machine.in_line(
         {
@@ -73,7 +75,7 @@ def plant():
 
 
 def lqr_gains(weight: float = R) -> np.ndarray:
-    return np.asarray(jr.lqr(*plant(), Q, [[weight]]).gain[0])
+    return np.asarray(jr.linear.lqr(*plant(), Q, [[weight]]).gain[0])
 
 
 def unknowns() -> list[jr.Unknown]:
@@ -91,7 +93,9 @@ def linear_cost(machine: jr.Machine):
     gains = machine.get("loop.controller.gains")
     whole = Q + R * jnp.outer(gains, gains)
     # the loop is closed already, inside A
-    return jr.closed_loop_cost(A, jnp.zeros((4, 1)), jnp.zeros((1, 4)), whole, jnp.eye(1), X0)
+    return jr.linear.closed_loop_cost(
+        A, jnp.zeros((4, 1)), jnp.zeros((1, 4)), whole, jnp.eye(1), X0
+    )
 
 
 def out_of_step(angle: float) -> jr.State:
@@ -103,10 +107,16 @@ def run_cost(angles=OUT_OF_STEP, t_end: float = T_END, rate: float = RATE) -> jr
     """Of the machine as it runs: the mean over initial angles."""
     parts = []
     for angle in angles:
-        run = jr.Transient(t_end, rate, initial=out_of_step(angle), step=STEP, solver=jr.ETD4RK())
+        run = jr.optimization.SimulatedRun(
+            t_end, rate, initial=out_of_step(angle), step=STEP, solver=jr.ETD4RK()
+        )
         for station in ("first", "second"):
-            parts.append(run.measure(jr.Integral(jr.Twist("end", station), power=2)))
-        parts.append(R * run.measure(jr.Integral(jr.Signal("loop", "torque"), power=2)))
+            parts.append(
+                run.measure(jr.objectives.Integral(jr.sensors.Twist("end", station), power=2))
+            )
+        parts.append(
+            R * run.measure(jr.objectives.Integral(jr.sensors.Signal("loop", "torque"), power=2))
+        )
     return (1 / len(angles)) * sum(parts[1:], parts[0])
 
 
@@ -128,14 +138,14 @@ def mean_cost(machine: jr.Machine, finer: int = 10) -> float:
     return float(np.mean([checked(machine, angle, finer)[-1] for angle in OUT_OF_STEP]))
 
 
-def linear_design() -> jr.Optimum:
+def linear_design() -> jr.optimization.Optimum:
     """From no feedback at all."""
     return jr.optimize(build(), unknowns(), linear_cost)
 
 
 def limited_design(
     limit: float = LIMIT, iterations: int = 60, cost: jr.Criterion | None = None, gains=None
-) -> jr.Optimum:
+) -> jr.optimization.Optimum:
     """Through the run; by default from the regulator's gains."""
     start = build(lqr_gains() if gains is None else gains, limit)
     cost = run_cost() if cost is None else cost
@@ -184,7 +194,7 @@ def main() -> None:
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
-    gains, cost_matrix = jr.lqr(*plant(), Q, [[R]])
+    gains, cost_matrix = jr.linear.lqr(*plant(), Q, [[R]])
     gains, best = np.asarray(gains[0]), float(np.sum(cost_matrix * X0))
     print(f"ideal actuator, mean cost over initial states: {best:.9g} (LQR)")
     linear = linear_design()

@@ -31,11 +31,11 @@ UNBALANCE = {
     "second.unbalance.angle": 2.2,
 }
 HOUSINGS = {
-    "left_across": jr.Accelerometer("left", (1, 0, 0)),
-    "left_up": jr.Accelerometer("left", (0, 1, 0)),
-    "right_across": jr.Accelerometer("right", (1, 0, 0)),
-    "right_up": jr.Accelerometer("right", (0, 1, 0)),
-    "tacho": jr.Tachometer("second"),
+    "left_across": jr.sensors.Accelerometer("left", (1, 0, 0)),
+    "left_up": jr.sensors.Accelerometer("left", (0, 1, 0)),
+    "right_across": jr.sensors.Accelerometer("right", (1, 0, 0)),
+    "right_up": jr.sensors.Accelerometer("right", (0, 1, 0)),
+    "tacho": jr.sensors.Tachometer("second"),
 }
 RUN_UP = dict(end=2.5, rate=1000.0, step=2e-4)  # s, Hz, s
 
@@ -49,9 +49,9 @@ COUPLING = {
 }
 LOAD_STEP = {"drive.value.after": 20.0, "drive.value.duration": 0.3, "load.value.after": -32.0}
 BENCH = {
-    "motor_speed": jr.Tachometer("motor"),
-    "brake_speed": jr.Tachometer("brake"),
-    "torque": jr.TorqueSensor("coupling"),
+    "motor_speed": jr.sensors.Tachometer("motor"),
+    "brake_speed": jr.sensors.Tachometer("brake"),
+    "torque": jr.sensors.TorqueSensor("coupling"),
 }
 BENCH_NOISE = {"motor_speed": 0.02, "brake_speed": 0.02, "torque": 0.3}  # rad/s, rad/s, N*m
 COUPLING_RUNS = dict(end=0.8, rate=1000.0, step=2.5e-4)
@@ -83,7 +83,7 @@ def run_up_noise(level: float, run: jr.Response, t: np.ndarray) -> dict[str, flo
 def channels(sensors, noise=None) -> dict[str, jr.Channel]:
     """Each sensor's channel, with white noise of the standard deviation `noise[name]`."""
     return {
-        name: jr.Channel(sensor, noise=None if noise is None else jr.Noise(noise[name]))
+        name: jr.Channel(sensor, noise=None if noise is None else jr.sensors.Noise(noise[name]))
         for name, sensor in sensors.items()
     }
 
@@ -92,7 +92,7 @@ def recorded(sensed: dict[str, jr.Channel], run, t, key, name: str) -> jr.Record
     keys = jax.random.split(key, len(sensed))
     return jr.Record(
         {
-            one: jr.Series(t, channel.recorded(run, k, t), channel.recorded_in)
+            one: jr.sensors.Series(t, channel.recorded(run, k, t), channel.recorded_in)
             for k, (one, channel) in zip(keys, sensed.items())
         },
         name,
@@ -122,7 +122,7 @@ def coupling_runs(level: float, seed: int, values=COUPLING):
     return sensed, records
 
 
-def compared(found: jr.Identification, truth: dict[str, float], noisy: bool) -> str:
+def compared(found: jr.identification.Identification, truth: dict[str, float], noisy: bool) -> str:
     """How far the estimates lie from the truth; without noise the standard deviations are rounding."""
     lines = []
     for path, value in truth.items():

@@ -33,9 +33,9 @@ SPEED = 1000.0  # rad/s
 T_END, RATE = 2.6, 1000.0
 EDGES = np.linspace(50.0, SPEED, 39)
 OUTPUTS = {
-    "deflection": jr.PeakValue(jr.Radial("second")),
-    "bearing force": jr.PeakValue(jr.BearingForce("left")),
-    "over speed": jr.OverSpeed(jr.Radial("second"), "end", EDGES),
+    "deflection": jr.objectives.PeakValue(jr.sensors.Radial("second")),
+    "bearing force": jr.objectives.PeakValue(jr.sensors.BearingForce("left")),
+    "over speed": jr.sweeps.OverSpeed(jr.sensors.Radial("second"), "end", EDGES),
 }
 
 

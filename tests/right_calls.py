@@ -28,7 +28,7 @@ BAD: dict[str, list] = {
     "signal": ["x", None, 3.0, [1.0], np.full(64, NAN), np.zeros((8, 8)), {}, ["a"] * 64],
     "matrix": ["x", None, [1.0], np.full((2, 2), NAN), np.zeros((2, 3)), {}, [["a", "b"]] * 2],
     "mapping": [3, "main.mass", [1, 2], {3: [1.0]}, {"main.mass": "x"}, {"nobody.mass": [1.0]}, {}],
-    "outputs": [3, "peak", {}, {"a": 3}, {"a": jr.Radial}, [jr.Radial("main")]],
+    "outputs": [3, "peak", {}, {"a": 3}, {"a": jr.sensors.Radial}, [jr.sensors.Radial("main")]],
     "initial": ["xyz", "", 3, True, {}, np.zeros(12), NAN],
     "at": ["xyz", "", 3, True, {}, np.zeros(12), NAN],
     "solver": ["Tsit5", 3, True, {}, jr.Rosenbrock],
@@ -80,7 +80,7 @@ def flaw(x):
 
 
 def controller(x):
-    return line(extra=jr.ActiveTorque(x), at=("main", "end"))
+    return line(extra=jr.elements.ActiveTorque(x), at=("main", "end"))
 
 
 def loop(x):
@@ -102,7 +102,7 @@ PARTS: dict[str, tuple] = {
     "Coupling": (joint, (SIX,)),
     "ElasticMatrix": (joint, (np.eye(12), np.zeros((12, 12)))),
     "UniversalJoint": (joint, (100.0,)),
-    "GearMesh": (joint, ((0.1, 0.2), jr.KelvinVoigt(1e8))),
+    "GearMesh": (joint, ((0.1, 0.2), jr.elements.KelvinVoigt(1e8))),
     "AddedInertia": (attached, (0.1,)),
     "Brake": (attached, (1.0,)),
     "DCMotor": (attached, (1.0, 1e-3, 0.1, 12.0)),
@@ -111,7 +111,7 @@ PARTS: dict[str, tuple] = {
     "Force": (attached, (1.0,)),
     "InductionMotor": (attached, (0.5, 0.4, 0.08, 0.08, 0.07, 230.0, 50.0)),
     "KlossMotor": (attached, (10.0, 0.1, 157.0)),
-    "LawSupport": (attached, (jr.KelvinVoigt(1e5),)),
+    "LawSupport": (attached, (jr.elements.KelvinVoigt(1e5),)),
     "LinearSupport": (attached, (SIX,)),
     "Rub": (attached, (1e-3, 1e6, 0.1)),
     "SpeedDependentSupport": (attached, ((0.0, 100.0), (SIX, SIX), (SIX, SIX))),
@@ -122,11 +122,11 @@ PARTS: dict[str, tuple] = {
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "SqueezeFilmDamper": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "RollingBearing": (attached, (1e9, 0.01, 0.05)),
-    "RadialBearing": (attached, (jr.KelvinVoigt(1e6),)),
+    "RadialBearing": (attached, (jr.elements.KelvinVoigt(1e6),)),
     "SwitchedDamper": (loop, (0.1, 1.0, 0.1, 0.1)),
-    "ActiveTorque": (loop, (jr.PD(1.0, 0.1),)),
-    "SampledTorque": (loop, (jr.PD(1.0, 0.1), 1e-3)),
-    "Actuator": (lambda x: loop(jr.ActiveTorque(jr.PD(1.0), actuator=x)), (5.0,)),
+    "ActiveTorque": (loop, (jr.elements.PD(1.0, 0.1),)),
+    "SampledTorque": (loop, (jr.elements.PD(1.0, 0.1), 1e-3)),
+    "Actuator": (lambda x: loop(jr.elements.ActiveTorque(jr.elements.PD(1.0), actuator=x)), (5.0,)),
     "PD": (controller, (1.0, 0.1)),
     "PI": (controller, (1.0, 0.1)),
     "PositivePositionFeedback": (controller, (1.0, 30.0)),
@@ -175,7 +175,7 @@ EYE = np.eye(2)
 
 
 def functions(machine, model, response, found, record):
-    radial = {"peak": jr.PeakValue(jr.Radial("main"))}
+    radial = {"peak": jr.objectives.PeakValue(jr.sensors.Radial("main"))}
     cases = {"main.mass": [5.9, 6.1]}
     run = dict(
         machine="machine",
@@ -196,7 +196,10 @@ def functions(machine, model, response, found, record):
     regulator = dict(A=-EYE, B=EYE, Q=EYE, R=EYE)
     regulators = dict.fromkeys(regulator, "matrix")
     fit = dict(
-        machine=machine, parameters=["main.mass"], sensors={"x": jr.Radial("main")}, data=record
+        machine=machine,
+        parameters=["main.mass"],
+        sensors={"x": jr.sensors.Radial("main")},
+        data=record,
     )
     return {
         "simulate": (two, {**run, "solver": "solver", "step": "step", "rtol": "positive",
@@ -312,7 +315,7 @@ def functions(machine, model, response, found, record):
                  shaft="station", progress="flag", stages="object"),
         ),
         "optimize": (
-            dict(machine=machine, parameters=["main.mass"], objective=jr.TotalMass()),
+            dict(machine=machine, parameters=["main.mass"], objective=jr.objectives.TotalMass()),
             dict(machine="machine", parameters="outputs", objective="object", iterations="count",
                  tolerance="positive", reverse="flag", progress="flag", constraints="text"),
         ),
@@ -323,7 +326,7 @@ def functions(machine, model, response, found, record):
         ),
         "local_slopes": (swept, {**sweeps, "chunk": "count"}),
         "bifurcation": (
-            dict(machine=machine, parameters=cases, quantity=jr.Radial("main"), shaft="main"),
+            dict(machine=machine, parameters=cases, quantity=jr.sensors.Radial("main"), shaft="main"),
             dict(machine="machine", parameters="mapping", quantity="object", shaft="station",
                  drop="count", keep="count", phase="number", samples="count"),
         ),

@@ -52,14 +52,14 @@ def machine(angle, twist="invariant"):
         "a": unbalanced,
         "s1": jr.Shaft(**steel, twist=twist),
         "b": jr.SelfAligningBearing(1.0, 1e6, 200.0, 5.0, 0.002),
-        "s2": jr.Shaft(**steel, damping="rotating", flaw=jr.Asymmetry(0.1)),
+        "s2": jr.Shaft(**steel, damping="rotating", flaw=jr.elements.Asymmetry(0.1)),
         "c": bent,
         "s3": jr.FiniteElementShaft(0.3, 0.03, elements=2, rayleigh=(3.0, 1e-5)),
         "d": jr.Rotor(2.0, **disc),
         "s4": jr.RigidElementShaft(0.3, 0.03, elements=2, rayleigh=(3.0, 1e-5)),
         "e": jr.RigidBody(1.5, (0.01, 0.012, 0.015), (1e-3, 2e-3, -1e-3)),
         "s5": jr.Coupling(
-            (1e5, 1e5, 1e5, 50.0, 50.0, 90.0), (9.0,) * 6, phi=jr.Progressive([9.0, 9e4])
+            (1e5, 1e5, 1e5, 50.0, 50.0, 90.0), (9.0,) * 6, phi=jr.elements.Progressive([9.0, 9e4])
         ),
         "f": jr.Rotor(2.0, **disc),
     }
@@ -73,11 +73,11 @@ def machine(angle, twist="invariant"):
         "engine": (jr.EngineTorque(5.0, (0.5, 1.0), (3.0, 9.0), (-0.5 * angle, -angle)), "c"),
         "governor": (jr.SpeedGovernor(100.0, 0.8, 0.1, 50.0), "d"),
         "damper": (jr.TorsionalDamper(0.01, 0.4, 500.0), "f"),
-        "active": (jr.ActiveTorque(jr.PD(80.0, 0.4), between=True), ("a", "f")),
-        "switched": (jr.SwitchedDamper(0.1, 0.9, 0.02, 0.5), ("a", "c")),
+        "active": (jr.elements.ActiveTorque(jr.elements.PD(80.0, 0.4), between=True), ("a", "f")),
+        "switched": (jr.elements.SwitchedDamper(0.1, 0.9, 0.02, 0.5), ("a", "c")),
         "journal": (jr.JournalBearing(0.05, 0.02, 1e-3, 0.2), "e"),
         "rub": (jr.Rub(0.0, 1e6, 0.05, 0.2, damping=0.1), "f"),
-        "radial": (jr.RadialBearing(jr.KelvinVoigt(1e5, 80.0)), "f"),
+        "radial": (jr.RadialBearing(jr.elements.KelvinVoigt(1e5, 80.0)), "f"),
         "springs": (jr.LinearSupport(anisotropic, tangled), "c"),
         "swing": (jr.LinearSupport((0.0,) * 6, (0, 0, 0, 0, 0, 0.3)), "d"),
         "flange": (jr.AddedInertia(0.3, 2e-3, 1e-3, 0.01), "a"),

@@ -19,6 +19,8 @@ from right_calls import BAD, HUGE, PARTS, WAVE, T, functions, line
 from wrong_calls import named
 
 import jaxrotor as jr
+from jaxrotor.core.arguments import positive, whole
+from jaxrotor.core.gate import takes
 
 
 def kind_of_field(field, hint, declared) -> str | None:
@@ -39,9 +41,23 @@ def kind_of_field(field, hint, declared) -> str | None:
     return None
 
 
+def public(name):
+    rooms = (
+        jr,
+        jr.elements,
+        jr.profiles,
+        jr.linear,
+        jr.diagnostics,
+        jr.objectives,
+        jr.optimization,
+    )
+    rooms += (jr.identification, jr.sensors, jr.simulation, jr.sweeps)
+    return next(getattr(room, name) for room in rooms if name in room.__all__)
+
+
 def bad_parts():
     for name, (place, right) in PARTS.items():
-        cls = getattr(jr, name)
+        cls = public(name)
         hints = typing.get_type_hints(cls)
         parameters = list(inspect.signature(cls).parameters)
         given = dict(zip(parameters, right))
@@ -78,12 +94,12 @@ def shown(value):
 
 def bad_functions():
     machine = line()
-    model = object.__new__(jr.LinearModel)
-    found = object.__new__(jr.Identification)
+    model = object.__new__(jr.linear.LinearModel)
+    found = object.__new__(jr.identification.Identification)
     response = at_instants(machine, np.zeros((2, 6)), np.zeros((2, 6)))
-    record = jr.Record({"x": jr.Series(T, WAVE)})
+    record = jr.Record({"x": jr.sensors.Series(T, WAVE)})
     for name, (right, kinds) in functions(machine, model, response, found, record).items():
-        function = getattr(jr, name)
+        function = public(name)
         parameters = inspect.signature(function).parameters
         for key, kind in kinds.items():
             for value in BAD[kind]:
@@ -153,14 +169,12 @@ def test_what_was_measured_to_be_accepted_or_raw_is_refused():
 def test_the_right_calls_beside_the_bad_ones_are_accepted():
     """Else every bad call would be refused for another reason."""
     for name, (place, right) in PARTS.items():
-        assert isinstance(place(getattr(jr, name)(*right)), jr.Machine), name
+        assert isinstance(place(public(name)(*right)), jr.Machine), name
 
 
 def test_numbers_of_other_kinds_are_taken_in_64_bits():
     """A float of 32 bits as a sample rate would let everything be computed in 32 bits."""
-    gated = jr.gate.takes(rate=jr.arguments.positive("Hz"), count=jr.arguments.whole(1))(
-        lambda rate, count=1: (rate, count)
-    )
+    gated = takes(rate=positive("Hz"), count=whole(1))(lambda rate, count=1: (rate, count))
     for given in (2000, np.float32(2000), np.int64(2000), np.array(2000.0), Fraction(2000)):
         rate, count = gated(given, count=np.int64(3))
         assert type(rate) is float and rate == 2000.0 and type(count) is int

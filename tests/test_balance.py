@@ -10,10 +10,13 @@ import jaxrotor as jr
 
 def test_idn_01_two_planes():
     """Rao, Mechanical Vibrations, Example 9.2: the turbine rotor."""
-    before = jr.phasor([8.5, 6.5], [60, 205])
-    trials = jr.phasor([10.0, 12.0], [270, 180])
-    after = [jr.phasor([6.0, 4.5], [125, 230]), jr.phasor([6.0, 10.5], [35, 160])]
-    found = jr.balance(before, jr.influence_coefficients(before, trials, after))
+    before = jr.identification.phasor([8.5, 6.5], [60, 205])
+    trials = jr.identification.phasor([10.0, 12.0], [270, 180])
+    after = [
+        jr.identification.phasor([6.0, 4.5], [125, 230]),
+        jr.identification.phasor([6.0, 10.5], [35, 160]),
+    ]
+    found = jr.balance(before, jr.identification.influence_coefficients(before, trials, after))
     np.testing.assert_allclose(np.abs(found.corrections), [10.0561, 5.8774], rtol=1e-4)
     angles = np.rad2deg(np.angle(found.corrections)) % 360
     np.testing.assert_allclose(angles, [325.5548, 68.2559], atol=1e-3)
@@ -41,8 +44,8 @@ def test_least_squares_over_two_speeds():
 def test_modes():
     """The modal unbalance is cancelled, with the smallest corrections there are."""
     shapes = np.array([[0.4, 1.0, 0.5], [1.0, 0.1, -0.9]])
-    unbalance = jr.phasor([2e-4, 5e-5], [30, 200])
-    found = jr.modal_balance(shapes, ("a", "b", "c"), unbalance)
+    unbalance = jr.identification.phasor([2e-4, 5e-5], [30, 200])
+    found = jr.identification.modal_balance(shapes, ("a", "b", "c"), unbalance)
     np.testing.assert_allclose(shapes @ found, -unbalance, rtol=1e-12)
     null = np.linalg.svd(shapes)[2][-1]
     assert abs(null @ found) < 1e-12 * np.abs(found).max()
@@ -51,7 +54,7 @@ def test_modes():
 def test_planes_and_back():
     """`in_planes` is the inverse of `from_planes`, in both modes of differentiation."""
     inertia = (6.0, 0.03, 0.05)
-    planes = jr.phasor([3e-5, 5e-5], [20, 250])
+    planes = jr.identification.phasor([3e-5, 5e-5], [20, 250])
     places = (-0.04, 0.07)
     made = jr.Unbalance.from_planes(
         [(abs(p), np.angle(p), z) for p, z in zip(planes, places)], *inertia
@@ -70,11 +73,11 @@ def test_planes_and_back():
 
 
 def test_balancing_refuses():
-    one = jr.phasor([1.0, 1.0], [0, 0])
+    one = jr.identification.phasor([1.0, 1.0], [0, 0])
     with pytest.raises(jr.InputError, match="one row of 2 vibrations for each of the 1 trials"):
-        jr.influence_coefficients(one, [1.0], [[1.0, 2.0, 3.0]])
+        jr.identification.influence_coefficients(one, [1.0], [[1.0, 2.0, 3.0]])
     with pytest.raises(jr.InputError, match="trial 1 is zero"):
-        jr.influence_coefficients(one, [1.0, 0.0], [one, one])
+        jr.identification.influence_coefficients(one, [1.0, 0.0], [one, one])
     with pytest.raises(jr.InputError, match="2 measurements cannot balance 3 planes"):
         jr.balance(one, np.ones((2, 3)))
     with pytest.raises(jr.InputError, match="act alike"):
@@ -82,6 +85,6 @@ def test_balancing_refuses():
     with pytest.raises(jr.InputError, match="need a row for each of the 2"):
         jr.balance(one, np.ones((3, 2)))
     with pytest.raises(jr.InputError, match="lie where a mode does not move"):
-        jr.modal_balance([[1.0, 0.0], [2.0, 0.0]], ("a", "b"), one)
+        jr.identification.modal_balance([[1.0, 0.0], [2.0, 0.0]], ("a", "b"), one)
     with pytest.raises(jr.InputError, match="2 modes need as many planes"):
-        jr.modal_balance([[1.0], [2.0]], ("a",), one)
+        jr.identification.modal_balance([[1.0], [2.0]], ("a",), one)

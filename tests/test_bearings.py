@@ -307,9 +307,9 @@ def test_defects_pass_at_their_frequencies():
     turns, per_turn = 40, 720
     inner = 2 * np.pi * np.arange(turns * per_turn) / per_turn
     kinds = {
-        "outer": jr.OuterRaceDefect(-np.pi / 2, 0.1, 5e-6),
-        "inner": jr.InnerRaceDefect(0.0, 0.1, 5e-6),
-        "ball": jr.BallDefect(0.0, 0.1, 5e-6),
+        "outer": jr.elements.OuterRaceDefect(-np.pi / 2, 0.1, 5e-6),
+        "inner": jr.elements.InnerRaceDefect(0.0, 0.1, 5e-6),
+        "ball": jr.elements.BallDefect(0.0, 0.1, 5e-6),
     }
     for name, defect in kinds.items():
         bearing = jr.RollingBearing(**ROLLING, balls=9, defects=(defect,))
@@ -344,7 +344,7 @@ def test_rolling_bearing_carries_what_stribeck_says():
 
 
 def test_energy_of_a_run_on_rolling_bearings():
-    defects = (jr.OuterRaceDefect(-np.pi / 2, 0.3, 2e-6),)
+    defects = (jr.elements.OuterRaceDefect(-np.pi / 2, 0.3, 2e-6),)
     machine = jr.Machine.in_line(
         {"journal": jr.Rotor(2.0, 1e-4, 1e-3, unbalance=jr.Unbalance(1e-5))},
         attachments={
@@ -360,21 +360,21 @@ def test_energy_of_a_run_on_rolling_bearings():
 
 
 def test_radial_bearing_by_a_table():
-    table = jr.TabulatedLaw([0.0, 1e-5, 3e-5], [0.0, 100.0, 900.0], 50.0)
+    table = jr.elements.TabulatedLaw([0.0, 1e-5, 3e-5], [0.0, 100.0, 900.0], 50.0)
     bearing = jr.RadialBearing(table)
     e, e_t = np.array([1.2e-5, -1.6e-5]), np.array([0.01, 0.03])
     (f,) = bearing.forces(0.0, (motion(e, e_t),), None)
     expected = -table.force(0.0, 2e-5, 0.0, jnp.zeros(0)) * e / 2e-5 - 50.0 * e_t
     np.testing.assert_allclose(f[:2], expected, rtol=1e-12)
     with pytest.raises(jr.InputError, match="law must be without a memory"):
-        rigid_rotor(1.0, jr.RadialBearing(jr.Maxwell(1.0, 1.0)))
+        rigid_rotor(1.0, jr.RadialBearing(jr.elements.Maxwell(1.0, 1.0)))
 
 
 @pytest.mark.parametrize(
     "bearing",
     [
-        jr.RadialBearing(jr.KelvinVoigt(1e6, 30.0)),
-        jr.RadialBearing(jr.TabulatedLaw([0.0, 1e-5, 3e-5], [0.0, 10.0, 30.0], 30.0)),
+        jr.RadialBearing(jr.elements.KelvinVoigt(1e6, 30.0)),
+        jr.RadialBearing(jr.elements.TabulatedLaw([0.0, 1e-5, 3e-5], [0.0, 10.0, 30.0], 30.0)),
         jr.Rub(0.0, 1e6, 0.0),
     ],
 )
@@ -460,8 +460,8 @@ def test_a_study_with_all_of_them(tmp_path):
 
 def test_forces_are_differentiable_by_every_parameter():
     """Reverse mode against central differences, at a motion where every ball, pit and face has its say."""
-    pit = jr.OuterRaceDefect(0.6, 0.5, 4e-6)
-    flat = jr.BallDefect(0.4, 0.9, 3e-6)
+    pit = jr.elements.OuterRaceDefect(0.6, 0.5, 4e-6)
+    flat = jr.elements.BallDefect(0.4, 0.9, 3e-6)
     parts = {
         "film": (BEARING, 2),
         "finite": (jr.JournalBearing(0.1, 0.06, 1e-4, 0.1, theory="finite"), 2),
@@ -469,7 +469,7 @@ def test_forces_are_differentiable_by_every_parameter():
         "rolling": (jr.RollingBearing(**ROLLING, balls=9, defects=(pit, flat)), 2),
         "rub": (jr.Rub(2e-5, 1e6, 0.05, 0.2, 0.5, smoothing=1e-6), 2),
         "joint": (jr.UniversalJoint(1e3, 1.0, 0.4, 0.2), 2),
-        "pedestal": (jr.LawSupport(y=jr.Bilinear(1e4, 1e5, 5.0, 8.0, smoothing=4e-5)), 1),
+        "pedestal": (jr.LawSupport(y=jr.elements.Bilinear(1e4, 1e5, 5.0, 8.0, smoothing=4e-5)), 1),
     }
     ends = (
         motion((3e-5, -2e-5), (2e-3, 1e-3), 90.0, 0.35),

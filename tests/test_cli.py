@@ -67,10 +67,10 @@ def place(tmp_path, monkeypatch):
             (Path(folder) / name).write_text(str(sorted(extra)))
         return []
 
-    report = types.ModuleType("jaxrotor.report")
+    report = types.ModuleType("jaxrotor.commands.run_report")
     report.write_report = write_report
     report.summary_table = lambda response: "disc  2 mm  300 rad/s"
-    monkeypatch.setitem(sys.modules, "jaxrotor.report", report)
+    monkeypatch.setitem(sys.modules, "jaxrotor.commands.run_report", report)
     figure = types.SimpleNamespace(
         savefig=lambda path, **_: Path(path).write_text(f"picture of {Path(path).name}")
     )
@@ -192,7 +192,7 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
     elif when == "save":
         monkeypatch.setattr(FakeResponse, "save", _half_a_file)
     else:
-        monkeypatch.setattr(sys.modules["jaxrotor.report"], "write_report", _interrupt)
+        monkeypatch.setattr(sys.modules["jaxrotor.commands.run_report"], "write_report", _interrupt)
     assert main(["run", "disc.toml"]) == 130
     assert [p for p in everything(place) if p != "results"] == [p for p in before if p != "results"]
     if earlier:
@@ -238,7 +238,7 @@ def test_a_failed_simulation_keeps_what_it_had(place, monkeypatch, capsys, repor
         def no_report(*_):
             raise ValueError("nothing to draw")
 
-        monkeypatch.setattr(sys.modules["jaxrotor.report"], "write_report", no_report)
+        monkeypatch.setattr(sys.modules["jaxrotor.commands.run_report"], "write_report", no_report)
     assert main(["run", "disc.toml"]) == 3
     said = capsys.readouterr().err
     assert "t = 0.7 s" in said and "results/disc/response.nc" in said
@@ -254,7 +254,7 @@ def test_figures_that_fail_do_not_cost_the_data(place, monkeypatch, capsys):
     def no_report(*_):
         raise ValueError("a bug in a figure")
 
-    monkeypatch.setattr(sys.modules["jaxrotor.report"], "write_report", no_report)
+    monkeypatch.setattr(sys.modules["jaxrotor.commands.run_report"], "write_report", no_report)
     with pytest.raises(ValueError, match="a bug in a figure"):
         main(["run", "disc.toml"])
     assert "response.nc" in capsys.readouterr().err
@@ -368,7 +368,7 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("module", ["numpy", "jax", "jaxrotor.attach", "jaxrotor.study"])
+@pytest.mark.parametrize("module", ["numpy", "jax", "jaxrotor.elements", "jaxrotor.study"])
 def test_ctrl_c_while_the_program_is_imported(module):
     """An interrupt amid the import of NumPy comes out as an ImportError, if at all."""
     done = subprocess.run(

@@ -21,7 +21,7 @@ LOAD, GRAVITY = np.array([1.0, -2.0, 3.0]), np.array([0.5, -9.81, 0.2])
 NAMES = ("x", "y", "z", "psi", "theta", "phi")
 
 
-class Sway(jr.AbstractMotion):
+class Sway(jr.profiles.AbstractMotion):
     """A drift and a swing, with nothing zero at t = 0."""
 
     amplitude: jax.Array = jr.parameter()

@@ -192,7 +192,9 @@ def test_loose_pedestal_against_other_equations():
     """Pressed down firm, lifted loose: under unbalance beyond its weight the pedestal lifts, once in several
     turns or each; against SciPy."""
     firm, loose, speed, e = 8e5, 5e4, 260.0, 2e-4
-    law = jr.Bilinear(stiffness=loose, other_stiffness=firm, damping=40.0, other_damping=40.0)
+    law = jr.elements.Bilinear(
+        stiffness=loose, other_stiffness=firm, damping=40.0, other_damping=40.0
+    )
     machine = jr.Machine.in_line(
         {"disc": jr.Rotor(MASS, 0.01, 0.006, unbalance=jr.Unbalance(e))},
         attachments={"pedestal": (jr.LawSupport(y=law), "disc")},
@@ -244,7 +246,7 @@ def test_universal_joint_runs_unevenly():
 
 def test_clearance_stops_hold():
     """Stops of a law to each side, and what a stop keeps of energy."""
-    stops = jr.LawSupport(x=jr.Backlash(2e-4, 1e7), y=jr.Backlash(2e-4, 1e7))
+    stops = jr.LawSupport(x=jr.elements.Backlash(2e-4, 1e7), y=jr.elements.Backlash(2e-4, 1e7))
     machine = jeffcott(330.0, {"stops": stops}, 2e-4)
     run = jr.simulate(machine, 0.05, 2000.0, "undeformed", progress=False)
     assert np.max(np.abs(run["disc"].position[:, :2])) < 1.4e-4
@@ -257,7 +259,9 @@ def test_clearance_stops_hold():
 
 def test_rosenbrock_is_of_fifth_order_and_its_inside_of_fourth():
     """With a fixed step on a stiff smooth machine; samples between the steps come from inside them."""
-    cubic = jr.LawSupport(x=jr.Progressive([1e6, 1e14], 30.0), y=jr.Progressive([1e6, 1e14]))
+    cubic = jr.LawSupport(
+        x=jr.elements.Progressive([1e6, 1e14], 30.0), y=jr.elements.Progressive([1e6, 1e14])
+    )
     machine = jeffcott(200.0, {"cubic": cubic}, 1e-3)
 
     def run(step, rate=1000.0):
@@ -276,7 +280,7 @@ def test_rosenbrock_is_of_fifth_order_and_its_inside_of_fourth():
 
 def test_rosenbrock_with_internal_states_and_a_batch():
     """Against Kvaerno5 where states of elements count too; a batch gives what single runs give."""
-    maxwell = jr.LawSupport(x=jr.Maxwell(3e5, 200.0), y=jr.Bilinear(1e5, 3e5))
+    maxwell = jr.LawSupport(x=jr.elements.Maxwell(3e5, 200.0), y=jr.elements.Bilinear(1e5, 3e5))
     machine = jeffcott(250.0, {"part": maxwell})
     settings = dict(progress=False, rtol=1e-10, atol=1e-14)
     one = jr.simulate(machine, 0.05, 1000.0, "undeformed", **settings)["disc"].x

@@ -11,6 +11,7 @@ from helpers import assert_derivatives_agree
 from scipy.linalg import expm
 
 import jaxrotor as jr
+from jaxrotor.elements import PD, Actuator, RelativeStates, StateFeedback
 from jaxrotor.elements.control.actuator import soft_clip
 
 J, K, C = 0.02, 400.0, 0.01  # a disc on a torsion spring: 141 rad/s
@@ -52,18 +53,20 @@ def pade(s):
 
 
 CONTROLLERS = {
-    "PD": (jr.PD(50.0, 0.4), lambda s: -(50.0 + 0.4 * s)),
+    "PD": (jr.elements.PD(50.0, 0.4), lambda s: -(50.0 + 0.4 * s)),
     "resonant": (
-        jr.ResonantController(0.7, WC, ZC),
+        jr.elements.ResonantController(0.7, WC, ZC),
         lambda s: -0.7 * s * 2 * ZC * WC * s / (s**2 + 2 * ZC * WC * s + WC**2),
     ),
     "positive position": (
-        jr.PositivePositionFeedback(90.0, WC, ZC),
+        jr.elements.PositivePositionFeedback(90.0, WC, ZC),
         lambda s: 90.0 * WC**2 / (s**2 + 2 * ZC * WC * s + WC**2),
     ),
-    "state feedback": (jr.StateFeedback([30.0, 0.2]), lambda s: -(30.0 + 0.2 * s)),
+    "state feedback": (jr.elements.StateFeedback([30.0, 0.2]), lambda s: -(30.0 + 0.2 * s)),
     "compensator": (
-        jr.Compensator([[-50.0, 9.0], [2.0, -70.0]], [[3.0, 0.1], [-1.0, 0.2]], [40.0, 5.0]),
+        jr.elements.Compensator(
+            [[-50.0, 9.0], [2.0, -70.0]], [[3.0, 0.1], [-1.0, 0.2]], [40.0, 5.0]
+        ),
         lambda s: np.array(
             [
                 np.array([40.0, 5.0])
@@ -79,11 +82,11 @@ CONTROLLERS = {
 CHAINS = {
     "ideal": ({}, lambda s: 1.0),
     "lag and filter": (
-        dict(actuator=jr.Actuator(bandwidth=LAG), cutoff=CUT),
+        dict(actuator=jr.elements.Actuator(bandwidth=LAG), cutoff=CUT),
         lambda s: butterworth(s) * LAG / (s + LAG),
     ),
     "delay and lag": (
-        dict(actuator=jr.Actuator(delay=TAU, bandwidth=LAG, limit=5.0)),
+        dict(actuator=jr.elements.Actuator(delay=TAU, bandwidth=LAG, limit=5.0)),
         lambda s: pade(s) * LAG / (s + LAG),
     ),
 }
@@ -96,7 +99,7 @@ CHAINS = {
 def test_receptance_of_the_closed_loop(name, chain):
     controller, transfer = CONTROLLERS[name]
     parts, more = CHAINS[chain]
-    machine = disc(jr.ActiveTorque(controller, **parts))
+    machine = disc(jr.elements.ActiveTorque(controller, **parts))
     got = jr.frequency_response(machine, "disc.phi", "disc.phi", np.abs(S)).values[:, 0, 0]
     np.testing.assert_allclose(got, 1 / (J * S**2 + C * S + K - transfer(S) * more(S)), rtol=2e-7)
 
@@ -108,8 +111,8 @@ def test_the_approximant_of_a_delay_is_one():
 
 def test_a_pd_loop_is_a_stiffer_spring():
     stiff = jr.Coupling((0, 0, 0, 0, 0, K + 50.0), damping=(0, 0, 0, 0, 0, C + 0.4))
-    passive = disc(jr.ActiveTorque(jr.PD(0.0, 0.0)), spring=stiff)
-    active = disc(jr.ActiveTorque(jr.PD(50.0, 0.4)))
+    passive = disc(jr.elements.ActiveTorque(jr.elements.PD(0.0, 0.0)), spring=stiff)
+    active = disc(jr.elements.ActiveTorque(jr.elements.PD(50.0, 0.4)))
     a, b = (jr.simulate(m, 0.1, 1000.0, turning(), step=1e-3) for m in (passive, active))
     np.testing.assert_allclose(b["disc"].phi, a["disc"].phi, atol=1e-12)
     twist, rate = b["disc"].phi, b["disc"].velocity[:, 5]
@@ -123,7 +126,9 @@ def test_a_torque_between_two_stations_has_its_reaction():
         "shaft": jr.Coupling((0, 0, 0, 0, 0, K)),
         "b": jr.Rotor(1.0, 0.05, 0.03),
     }
-    loop = jr.ActiveTorque(jr.PD(damping=0.5), between=True, actuator=jr.Actuator(limit=3.0))
+    loop = jr.elements.ActiveTorque(
+        jr.elements.PD(damping=0.5), between=True, actuator=jr.elements.Actuator(limit=3.0)
+    )
     machine = jr.Machine.in_line(line, attachments={"loop": (loop, ("a", "b"))})
     r = jr.simulate(machine, 0.1, 1000.0, turning(10.0), step=2e-4)
     spin = 0.02 * r["a"].velocity[:, 5] + 0.05 * r["b"].velocity[:, 5]
@@ -142,9 +147,9 @@ def test_limits_of_the_actuator():
     assert np.all(np.abs(y) < 1 + 1e-14) and np.all(np.diff(y) > -1e-14)
     np.testing.assert_allclose(y[np.abs(x) < 0.2], x[np.abs(x) < 0.2], atol=1e-7)
     np.testing.assert_allclose(y, np.clip(x, -1, 1), atol=0.1 * np.log(2) / 2 + 1e-12)
-    limits = jr.Actuator(limit=0.5, bandwidth=900.0, rate_limit=60.0)
+    limits = jr.elements.Actuator(limit=0.5, bandwidth=900.0, rate_limit=60.0)
     r = jr.simulate(
-        disc(jr.ActiveTorque(jr.PD(damping=2.0), actuator=limits)),
+        disc(jr.elements.ActiveTorque(jr.elements.PD(damping=2.0), actuator=limits)),
         0.2,
         10000.0,
         turning(),
@@ -167,8 +172,10 @@ def test_pi_control_of_speed_is_the_older_governor():
     speeds = np.asarray(jr.simulate(older, 1.0, 1000.0, "undeformed", rtol=1e-9)["rotor"].speed)
     off = []
     for softness in (0.1, 0.01):
-        loop = jr.ActiveTorque(
-            jr.PI(1.5, 6.0), jr.SpeedError(30.0), jr.Actuator(limit=8.0, softness=softness)
+        loop = jr.elements.ActiveTorque(
+            jr.elements.PI(1.5, 6.0),
+            jr.elements.SpeedError(30.0),
+            jr.elements.Actuator(limit=8.0, softness=softness),
         )
         r = jr.simulate(
             machine(loop), 1.0, 1000.0, "undeformed", solver=diffrax.Dopri8(), rtol=1e-9
@@ -209,7 +216,7 @@ def pd(seen, inner):
 @pytest.mark.parametrize("delay", [0.0, 0.0015, 0.005])
 def test_sampling_and_delay_are_exact(delay):
     """The delay within a period, and longer than two of them."""
-    machine = disc(jr.SampledTorque(jr.PD(50.0, 0.3), period=0.002, delay=delay))
+    machine = disc(jr.elements.SampledTorque(jr.elements.PD(50.0, 0.3), period=0.002, delay=delay))
     r = jr.simulate(machine, 0.2, 1000.0, turning(), step=1e-3)
     got = np.stack([r["disc"].phi, r["disc"].velocity[:, 5]], axis=1)[::2]
     np.testing.assert_allclose(got, sampled_exactly(0.002, delay, 100, pd), atol=1e-12)
@@ -222,7 +229,7 @@ def test_sampling_and_delay_are_exact(delay):
 
 
 def test_a_period_shorter_than_the_samples_and_an_adaptive_solver():
-    machine = disc(jr.SampledTorque(jr.PD(50.0, 0.3), period=0.002, delay=0.0005))
+    machine = disc(jr.elements.SampledTorque(jr.elements.PD(50.0, 0.3), period=0.002, delay=0.0005))
     r = jr.simulate(machine, 0.2, 100.0, turning(), solver=diffrax.Dopri8(), rtol=1e-11, atol=1e-13)
     expected = sampled_exactly(0.002, 0.0005, 100, pd)[::5]
     np.testing.assert_allclose(r["disc"].phi, expected[:, 0], atol=1e-10)
@@ -239,8 +246,12 @@ def test_an_integrator_between_samples_and_noise():
         return z - 0.4 * e, z - 0.002 * 30.0 * e
 
     exact = sampled_exactly(0.002, 0.0, 50, pi, 0.0, [np.array([0.0, x[0]]) for x in noise])
-    loop = jr.SampledTorque(
-        jr.PI(0.4, 30.0), period=0.002, measured=jr.SpeedError(0.2), noise=[0.05], seed=7
+    loop = jr.elements.SampledTorque(
+        jr.elements.PI(0.4, 30.0),
+        period=0.002,
+        measured=jr.elements.SpeedError(0.2),
+        noise=[0.05],
+        seed=7,
     )
     r = jr.simulate(disc(loop, "disc"), 0.1, 500.0, turning(), step=1e-3)
     np.testing.assert_allclose(r["disc"].velocity[:, 5], exact[:, 1], atol=1e-12)
@@ -260,7 +271,9 @@ def test_an_integrator_between_samples_and_noise():
 
 
 def sampled(controller, limit):
-    return jr.SampledTorque(controller, 0.002, delay=0.001, actuator=jr.Actuator(limit=limit))
+    return jr.elements.SampledTorque(
+        controller, 0.002, delay=0.001, actuator=jr.elements.Actuator(limit=limit)
+    )
 
 
 def test_a_sampled_loop_books_its_energy_and_keeps_the_order_of_the_solver():
@@ -272,7 +285,7 @@ def test_a_sampled_loop_books_its_energy_and_keeps_the_order_of_the_solver():
             "end": jr.PrescribedSpin(jr.CosineRamp(1200.0, 0.2)),
         },
         attachments={
-            "loop": (sampled(jr.PD(20.0, 0.3), 2.0), ("disc", "end")),
+            "loop": (sampled(jr.elements.PD(20.0, 0.3), 2.0), ("disc", "end")),
         },
         fixed={"disc": ("z",)},
     )  # fmt: skip
@@ -289,7 +302,7 @@ def test_a_sampled_loop_books_its_energy_and_keeps_the_order_of_the_solver():
 
 
 def test_derivatives_and_batches_of_sampled_and_neural_loops():
-    neural = jr.NeuralController.start([0.01, 1.0], 2.0, jax.random.PRNGKey(1), width=3)
+    neural = jr.elements.NeuralController.start([0.01, 1.0], 2.0, jax.random.PRNGKey(1), width=3)
     weights = neural.weights
 
     @jax.jit
@@ -304,8 +317,8 @@ def test_derivatives_and_batches_of_sampled_and_neural_loops():
                 "disc": jr.Rotor(1.0, J, 0.02),
             },
             attachments={
-                "sampled": (sampled(jr.PD(50.0 * x[0], 0.3 * x[1]), 0.2), ("disc", "end")),
-                "net": (jr.ActiveTorque(nets), ("disc", "end")),
+                "sampled": (sampled(jr.elements.PD(50.0 * x[0], 0.3 * x[1]), 0.2), ("disc", "end")),
+                "net": (jr.elements.ActiveTorque(nets), ("disc", "end")),
             },
             fixed={"disc": ("x", "y", "z", "psi", "theta")},
         )  # fmt: skip
@@ -320,14 +333,16 @@ def test_derivatives_and_batches_of_sampled_and_neural_loops():
 
 
 def test_a_network_asks_for_nothing_at_rest():
-    net = jr.NeuralController.start([0.01, 1.0], 2.0, jax.random.PRNGKey(0), width=5, depth=2)
+    net = jr.elements.NeuralController.start(
+        [0.01, 1.0], 2.0, jax.random.PRNGKey(0), width=5, depth=2
+    )
     assert net.torque(jnp.zeros(2), jnp.zeros(0)) == 0
     assert net.torque(jnp.array([0.01, -1.0]), jnp.zeros(0)) != 0
-    assert "loop.controller.weights" in disc(jr.ActiveTorque(net)).parameters()
+    assert "loop.controller.weights" in disc(jr.elements.ActiveTorque(net)).parameters()
 
 
 def test_relative_states_are_those_of_the_twisting_line():
-    seen = jr.RelativeStates(3)
+    seen = jr.elements.RelativeStates(3)
     motions = tuple(
         (jnp.full(6, a), jnp.full(6, b)) for a, b in ((1.0, 10.0), (2.0, 30.0), (5.0, 80.0))
     )
@@ -340,7 +355,7 @@ def test_relative_states_are_those_of_the_twisting_line():
 def suspension(lowest, highest):
     """A disc carried by a spring whose foot is shaken: the torque in spring and damper over that of the
     spring alone at rest."""
-    damper = jr.SwitchedDamper(lowest, highest, width=1e-5, rate_width=1e-3)
+    damper = jr.elements.SwitchedDamper(lowest, highest, width=1e-5, rate_width=1e-3)
     return jr.Machine.in_line(
         {
             "end": jr.PrescribedSpin(jr.ConstantSpeed(0.0)),
@@ -388,28 +403,28 @@ def test_switched_damping_only_takes_energy():
 # Bad input.
 
 
-LOOP, SAMPLED = jr.ActiveTorque, jr.SampledTorque
+LOOP, SAMPLED = jr.elements.ActiveTorque, jr.elements.SampledTorque
 
 
 @pytest.mark.parametrize(
     "build, words",
     [
-        (lambda: LOOP(jr.PD(), cutoff=-1.0), "`loop`: cutoff must be positive, but is -1"),
-        (lambda: LOOP(jr.PD(), actuator=jr.Actuator(rate_limit=3.0)), "bandwidth is missing"),
-        (lambda: LOOP(jr.PD(), actuator=jr.Actuator(limit=0.0)), "actuator.limit must be positive"),
-        (lambda: LOOP(jr.PD(), actuator=jr.Actuator(pade=1)), "pade must be a whole number"),
-        (lambda: LOOP(jr.PD(damping=np.nan)), "controller.damping must be finite"),
-        (lambda: LOOP(jr.PD(), jr.TwistOf(0, 0)), "first and second must be two stations"),
-        (lambda: LOOP(jr.PD(), jr.TwistOf(0, 2)), "acts at 3 stations, but 2 are given"),
-        (lambda: LOOP(jr.StateFeedback([1.0, 2.0, 3.0])), "controller must make one torque of 2"),
-        (lambda: LOOP(jr.StateFeedback([1.0] * 4), jr.RelativeStates(3)), "acts at 3 stations"),
+        (lambda: LOOP(jr.elements.PD(), cutoff=-1.0), "`loop`: cutoff must be positive, but is -1"),
+        (lambda: LOOP(PD(), actuator=Actuator(rate_limit=3.0)), "bandwidth is missing"),
+        (lambda: LOOP(PD(), actuator=Actuator(limit=0.0)), "actuator.limit must be positive"),
+        (lambda: LOOP(PD(), actuator=Actuator(pade=1)), "pade must be a whole number"),
+        (lambda: LOOP(jr.elements.PD(damping=np.nan)), "controller.damping must be finite"),
+        (lambda: LOOP(jr.elements.PD(), jr.elements.TwistOf(0, 0)), "first and second must be two stations"),
+        (lambda: LOOP(jr.elements.PD(), jr.elements.TwistOf(0, 2)), "acts at 3 stations, but 2 are given"),
+        (lambda: LOOP(jr.elements.StateFeedback([1.0, 2.0, 3.0])), "controller must make one torque of 2"),
+        (lambda: LOOP(StateFeedback([1.0] * 4), RelativeStates(3)), "acts at 3 stations"),
         (lambda: LOOP(0.5), "controller must be made by"),
-        (lambda: SAMPLED(jr.PD(), period=0.0), "period must be a positive plain number"),
-        (lambda: SAMPLED(jr.PD(), 0.001, delay=-1.0), "delay must be a zero or positive"),
-        (lambda: SAMPLED(jr.PD(), 0.001, noise=[1.0]), "noise must have an entry"),
-        (lambda: jr.SwitchedDamper(2.0, 1.0, 1e-3, 0.1), "lowest must be less than highest"),
-        (lambda: LOOP(jr.NeuralController([1.0], [1.0, 1.0], 1.0)), "weights must be 32 numbers"),
-        (lambda: LOOP(jr.Compensator([[1.0]], [[1.0, 2.0]], [1.0, 2.0])), "A, B and C must belong"),
+        (lambda: SAMPLED(jr.elements.PD(), period=0.0), "period must be a positive plain number"),
+        (lambda: SAMPLED(jr.elements.PD(), 0.001, delay=-1.0), "delay must be a zero or positive"),
+        (lambda: SAMPLED(jr.elements.PD(), 0.001, noise=[1.0]), "noise must have an entry"),
+        (lambda: jr.elements.SwitchedDamper(2.0, 1.0, 1e-3, 0.1), "lowest must be less than highest"),
+        (lambda: LOOP(jr.elements.NeuralController([1.0], [1.0, 1.0], 1.0)), "weights must be 32 numbers"),
+        (lambda: LOOP(jr.elements.Compensator([[1.0]], [[1.0, 2.0]], [1.0, 2.0])), "A, B and C must belong"),
     ],
 )  # fmt: skip
 def test_what_is_refused(build, words):
@@ -419,16 +434,26 @@ def test_what_is_refused(build, words):
 
 def test_a_loop_between_needs_two_stations():
     with pytest.raises(jr.InputError, match="acts at 2 stations, but 1 are given"):
-        disc(jr.ActiveTorque(jr.PD()), at="disc")
+        disc(jr.elements.ActiveTorque(jr.elements.PD()), at="disc")
     with pytest.raises(jr.InputError, match="acts at 2 stations, but 1 are given"):
-        disc(jr.ActiveTorque(jr.PI(1.0, 1.0), jr.SpeedError(0.0), between=True), at="disc")
+        disc(
+            jr.elements.ActiveTorque(
+                jr.elements.PI(1.0, 1.0), jr.elements.SpeedError(0.0), between=True
+            ),
+            at="disc",
+        )
 
 
 def test_clocks_without_a_common_grid_are_refused():
-    machine = disc(jr.SampledTorque(jr.PD(), period=0.001234567))
+    machine = disc(jr.elements.SampledTorque(jr.elements.PD(), period=0.001234567))
     with pytest.raises(
         jr.InputError, match="`loop`: period must be a simple fraction of the sample"
     ):
         jr.simulate(machine, 0.1, 1000.0, turning())
     with pytest.raises(jr.InputError, match="steady"):
-        jr.simulate(disc(jr.SampledTorque(jr.PD(), 0.001), speed=10.0), 0.1, 1000.0, "steady")
+        jr.simulate(
+            disc(jr.elements.SampledTorque(jr.elements.PD(), 0.001), speed=10.0),
+            0.1,
+            1000.0,
+            "steady",
+        )

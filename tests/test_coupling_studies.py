@@ -21,7 +21,7 @@ def random_motions(seed):
     )
 
 
-class Membrane(jr.AbstractCoupling):
+class Membrane(jr.elements.AbstractCoupling):
     """A user's own: stretched by twist, as a pack of laces is."""
 
     stiffness: jax.Array = jr.parameter("N/m", positive=True)
@@ -65,13 +65,13 @@ def test_a_users_own_coupling():
 
 def test_names_reach_into_a_parallel():
     rotor = jr.Rotor(1.0, 0.01, 0.01)
-    law = jr.Parallel([jr.KelvinVoigt(5.0), jr.Maxwell(7.0, 1.0)])
+    law = jr.elements.Parallel([jr.elements.KelvinVoigt(5.0), jr.elements.Maxwell(7.0, 1.0)])
     machine = jr.Machine.in_line({"a": rotor, "joint": jr.Coupling(phi=law), "b": rotor})
     assert float(machine.parameters()["joint.phi.parts.1.stiffness"]) == 7.0
     changed = machine.set({"joint.phi.parts.1.stiffness": 9.0})
     assert float(changed.get("joint.phi.parts.1.stiffness")) == 9.0
     assert float(changed["joint"].phi.parts[0].stiffness) == 5.0
-    changed = machine.set({"joint.phi.parts.0": jr.KelvinVoigt(6.0)})
+    changed = machine.set({"joint.phi.parts.0": jr.elements.KelvinVoigt(6.0)})
     assert float(changed["joint"].phi.parts[0].stiffness) == 6.0
     with pytest.raises(jr.InputError, match="phi.parts.1.stiffness must be positive"):
         machine.set({"joint.phi.parts.1.stiffness": -1.0})
@@ -127,10 +127,12 @@ def test_a_coupling_in_a_study_file(tmp_path):
     read = jr.load(path).machine["joint"]
     built = jr.Coupling(
         [2e4, 2e4, 0, 0, 0, 0],
-        x=jr.Progressive([1000, 1e9], 3000.0),
-        y=jr.Parallel([jr.Backlash(1e-4, 5000.0)]),
+        x=jr.elements.Progressive([1000, 1e9], 3000.0),
+        y=jr.elements.Parallel([jr.elements.Backlash(1e-4, 5000.0)]),
         theta=jr.StickSlipClutch(8.0, np.deg2rad(1.0), jr.Step(1.0, 0.5)),
-        phi=jr.Parallel([jr.BoucWen(300.0, 0.2, 1e-3), jr.Maxwell(3000.0, 4.0)]),
+        phi=jr.elements.Parallel(
+            [jr.elements.BoucWen(300.0, 0.2, 1e-3), jr.elements.Maxwell(3000.0, 4.0)]
+        ),
         misalignment=jr.Misalignment(2e-4, np.pi / 2),
     )
     assert eqx.tree_equal(read, built, rtol=1e-12)
@@ -164,8 +166,11 @@ def test_a_wrong_coupling_in_a_study_file(tmp_path, right, wrong, sentence):
     [
         (dict(stiffness=[1.0] * 5), "stiffness must be 6 numbers or 6 x 6 numbers, but has"),
         (dict(damping=np.full(6, np.nan)), "damping must be finite, but is nan"),
-        (dict(x=jr.KelvinVoigt(-3.0)), "x.stiffness must be zero or positive, but is -3 N/m"),
-        (dict(x=jr.Backlash(-3.0, 1.0)), "x.gap must be zero or positive, but is -3 m"),
+        (
+            dict(x=jr.elements.KelvinVoigt(-3.0)),
+            "x.stiffness must be zero or positive, but is -3 N/m",
+        ),
+        (dict(x=jr.elements.Backlash(-3.0, 1.0)), "x.gap must be zero or positive, but is -3 m"),
         (
             dict(misalignment=jr.Misalignment(-1e-3)),
             "misalignment.offset must be zero or positive, but is -0.001 m",

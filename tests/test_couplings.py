@@ -27,9 +27,11 @@ def full(seed):
 WITH_ALL = jr.Coupling(
     full(0),
     full(1),
-    x=jr.Progressive([1e3, 1e6], 3.0),
-    psi=jr.Maxwell(80.0, 2.0),
-    phi=jr.Parallel([jr.BoucWen(90.0, 0.1, 0.2), jr.KelvinVoigt(5.0, 0.1)]),
+    x=jr.elements.Progressive([1e3, 1e6], 3.0),
+    psi=jr.elements.Maxwell(80.0, 2.0),
+    phi=jr.elements.Parallel(
+        [jr.elements.BoucWen(90.0, 0.1, 0.2), jr.elements.KelvinVoigt(5.0, 0.1)]
+    ),
     misalignment=ASIDE,
     imperfection=BORE,
 )
@@ -161,7 +163,9 @@ def free_line(turn=0.0, size=1.0):
             "joint": jr.Coupling(
                 SPRINGS,
                 DAMPERS,
-                phi=jr.Parallel([jr.Maxwell(100.0, 1.0), jr.Progressive([50.0, 1e4])]),
+                phi=jr.elements.Parallel(
+                    [jr.elements.Maxwell(100.0, 1.0), jr.elements.Progressive([50.0, 1e4])]
+                ),
                 misalignment=jr.Misalignment(size * 1e-3, 0.5 + turn, size * 0.02, turn - 0.4),
                 imperfection=jr.Imperfection(size * 5e-4, 0.7 + turn, size * 0.01, 1.1 + turn),
             ),
@@ -204,7 +208,7 @@ def test_energy_of_a_coupled_line():
 JR, SPIN = 0.02, 3.0
 
 
-class Sinh(jr.AbstractLaw):
+class Sinh(jr.elements.AbstractLaw):
     """A user's own: hardens without bound."""
 
     stiffness: jax.Array = jr.parameter("N*m/rad", positive=True)
@@ -230,17 +234,27 @@ def rubber(x, v, z):
     return 40 * x + 150 * z[1] + bouc_wen(x, v, z)[0], [*bouc_wen(x, v, z)[1], v - 150 / 2.0 * z[1]]
 
 
-BOUC_WEN = jr.BoucWen(200.0, 0.1, 0.01, 1.5, 0.6, 0.4)
+BOUC_WEN = jr.elements.BoucWen(200.0, 0.1, 0.01, 1.5, 0.6, 0.4)
 ON_THE_WALL = {
     "own": (Sinh(100.0, 0.03), lambda x, v, z: (100 * 0.03 * np.sinh(x / 0.03), []), 0),
     "hardening": (
-        jr.Progressive([100.0, 5e4], 0.1),
+        jr.elements.Progressive([100.0, 5e4], 0.1),
         lambda x, v, z: (100 * x + 5e4 * x**3 + 0.1 * v, []),
         0,
     ),
-    "maxwell": (jr.Maxwell(150.0, 2.0), lambda x, v, z: (150 * z[0], [v - 150 / 2.0 * z[0]]), 1),
+    "maxwell": (
+        jr.elements.Maxwell(150.0, 2.0),
+        lambda x, v, z: (150 * z[0], [v - 150 / 2.0 * z[0]]),
+        1,
+    ),
     "loop": (BOUC_WEN, bouc_wen, 1),
-    "rubber": (jr.Parallel([jr.KelvinVoigt(40.0), BOUC_WEN, jr.Maxwell(150.0, 2.0)]), rubber, 2),
+    "rubber": (
+        jr.elements.Parallel(
+            [jr.elements.KelvinVoigt(40.0), BOUC_WEN, jr.elements.Maxwell(150.0, 2.0)]
+        ),
+        rubber,
+        2,
+    ),
 }
 GAP, STIFF = 0.04, 800.0
 
@@ -249,7 +263,7 @@ GAP, STIFF = 0.04, 800.0
 def wall():
     """Thrown off at 3 rad/s, all in one run; `play` by a backlash."""
     laws = {name: law for name, (law, _, _) in ON_THE_WALL.items()}
-    laws["play"] = jr.Backlash(GAP, STIFF)
+    laws["play"] = jr.elements.Backlash(GAP, STIFF)
     elements = {"wall": jr.PrescribedSpin(jr.ConstantSpeed(0.0))}
     for name, law in laws.items():
         elements |= {f"{name} joint": jr.Coupling(phi=law), name: jr.Rotor(1.0, JR, 0.02)}
@@ -399,13 +413,13 @@ def test_heat_of_an_engagement(law):
 def numbered(p):
     """A line whose joint depends on nine numbers. (What damps its play never takes the push away: where it
     does the slope has a corner, at which central differences converge slowly; test_laws has that.)"""
-    play = jr.Backlash(p[6], 100.0, smoothing=5e-3, hysteresis=0.05)
+    play = jr.elements.Backlash(p[6], 100.0, smoothing=5e-3, hysteresis=0.05)
     joint = jr.Coupling(
         jnp.asarray(SPRINGS).at[5].set(p[0]),
         DAMPERS,
-        x=jr.Progressive(jnp.stack([jnp.asarray(1e3), p[1]])),
-        theta=jr.BoucWen(p[2], 0.2, p[3]),
-        phi=jr.Parallel([jr.Maxwell(p[4], p[5]), play]),
+        x=jr.elements.Progressive(jnp.stack([jnp.asarray(1e3), p[1]])),
+        theta=jr.elements.BoucWen(p[2], 0.2, p[3]),
+        phi=jr.elements.Parallel([jr.elements.Maxwell(p[4], p[5]), play]),
         misalignment=jr.Misalignment(p[7], 0.5, 0.02),
         imperfection=jr.Imperfection(p[8], 0.7, 0.01),
     )

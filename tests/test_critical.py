@@ -84,7 +84,7 @@ def test_a_machine_of_wide_scales():
     np.testing.assert_allclose(
         jr.critical_speeds(machine, whirl="forward"), [1.0, 1e10], rtol=1e-12
     )
-    over = jr.critical_speed_map(machine, [4.0, 1e20], supports=("s2",), count=2)
+    over = jr.linear.critical_speed_map(machine, [4.0, 1e20], supports=("s2",), count=2)
     np.testing.assert_allclose(over.speeds, [[1.0, 2.0], [1.0, 1e10]], rtol=1e-12)
 
 
@@ -118,13 +118,13 @@ def test_a_very_short_section_hides_nothing():
     def machine(length):
         return jr.Machine.in_line(
             {
-                "a": jr.Node(),
+                "a": jr.elements.Node(),
                 "s1": jr.FiniteElementShaft(1.0, 0.01, material=steel, elements=1),
-                "n": jr.Node(),
+                "n": jr.elements.Node(),
                 "s2": jr.FiniteElementShaft(length, 0.01, material=steel, elements=1),
                 "disc": jr.Rotor(20.0, 0.1, 0.06),
                 "s3": jr.FiniteElementShaft(1.0, 0.01, material=steel, elements=1),
-                "b": jr.Node(),
+                "b": jr.elements.Node(),
             },
             fixed={"a": ("x", "y", "z"), "b": ("x", "y")},
         )
@@ -145,7 +145,7 @@ def pedestal(mass, held=("z", "psi", "theta", "phi")):
         {
             "disc": jr.Rotor(10.0, 0.1, 0.06),
             "film": jr.ElasticMatrix(film, np.zeros((12, 12))),
-            "pedestal": jr.Node(),
+            "pedestal": jr.elements.Node(),
             "mass": jr.AddedInertia(mass),
             "base": jr.LinearSupport([3e6, 3e6, 0, 0, 0, 0]),
         },

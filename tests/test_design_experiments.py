@@ -37,7 +37,9 @@ def test_lowest_peaks(mu):
     assert weights.min() > 0.3 and weights.sum() == pytest.approx(1.0, rel=1e-6)
     # not Den Hartog's tuning: its fixed points lie lower, its peaks higher
     f, zeta, fixed = damper.den_hartog(mu)
-    measure = jr.ResponsePeaks(damper.TURN, damper.TURN, 0.0, 2 * damper.WN, at=damper.AT)
+    measure = jr.objectives.ResponsePeaks(
+        damper.TURN, damper.TURN, 0.0, 2 * damper.WN, at=damper.AT
+    )
     his = damper.K * float(np.max(measure(damper.build(mu, f, zeta))))
     assert fixed < 0.9999 * design.found and his > design.found * (1 + 1e-6)
 
@@ -54,7 +56,7 @@ def test_least_vibration_after_a_blow():
     design = damper.least_after_a_blow(0.1)
     assert design.found == pytest.approx(design.exact, rel=1e-6)
     assert_tuned(design, *damper.crandall_mark(0.1)[:2])
-    norm = jr.h2_norm(design.optimum.machine, damper.TURN, damper.TURN, at=damper.AT)
+    norm = jr.linear.h2_norm(design.optimum.machine, damper.TURN, damper.TURN, at=damper.AT)
     assert norm * damper.K / np.sqrt(damper.WN) == pytest.approx(design.exact, rel=1e-6)
 
 

@@ -44,7 +44,7 @@ def test_circles_of_both_senses_stand_at_their_radius(samples, window):
     t = np.arange(samples) / 1000.0
     lines = np.array([50, -20, 90]) * 1000.0 / samples  # whole periods
     z = sum(r * np.exp(1j * (TURN * f * t + 0.3)) for r, f in zip((3.0, 2.0, 0.5), lines))
-    found = jr.full_spectrum(z.real + 7.0, z.imag - 2.0, 1000.0, window)
+    found = jr.diagnostics.full_spectrum(z.real + 7.0, z.imag - 2.0, 1000.0, window)
     for r, f in zip((3.0, 2.0, 0.5), lines):
         k = np.argmin(np.abs(found.frequency - f))
         assert found.frequency[k] == pytest.approx(f, abs=1e-9)
@@ -57,10 +57,10 @@ def test_circles_of_both_senses_stand_at_their_radius(samples, window):
 
 def test_straight_and_elliptic_motion_are_two_circles():
     t = np.arange(1000) / 1000.0
-    found = jr.full_spectrum(4 * np.cos(TURN * 50 * t), np.sin(TURN * 50 * t), 1000.0)
+    found = jr.diagnostics.full_spectrum(4 * np.cos(TURN * 50 * t), np.sin(TURN * 50 * t), 1000.0)
     both = [found.amplitude[np.argmin(np.abs(found.frequency - f))] for f in (50, -50)]
     np.testing.assert_allclose(both, [2.5, 1.5], rtol=1e-12)  # (a + b)/2, (a - b)/2
-    straight = jr.full_spectrum(np.cos(TURN * 50 * t), np.zeros(1000), 1000.0)
+    straight = jr.diagnostics.full_spectrum(np.cos(TURN * 50 * t), np.zeros(1000), 1000.0)
     assert straight.peak(40, 60)[1] == pytest.approx(0.5) == straight.peak(-60, -40)[1]
 
 
@@ -68,7 +68,8 @@ def test_between_lines_windows_show_as_much_as_told():
     t = np.arange(1000) / 1000.0
     z = np.exp(1j * TURN * 50.5 * t)
     worst = {
-        w: jr.full_spectrum(z.real, z.imag, 1000.0, w).amplitude.max() for w in ("hann", "flattop")
+        w: jr.diagnostics.full_spectrum(z.real, z.imag, 1000.0, w).amplitude.max()
+        for w in ("hann", "flattop")
     }
     assert worst["hann"] == pytest.approx(8 / (3 * np.pi), abs=1e-3)  # 1.42 dB, Harris 1978
     assert worst["flattop"] == pytest.approx(1.0, abs=1.2e-3)
@@ -81,7 +82,7 @@ def test_between_lines_windows_show_as_much_as_told():
 def test_orders_of_a_run_up(sense):
     t, phi, speed = run_up(sense)
     signal = 2 * np.cos(phi - 0.5) + 0.7 * np.cos(2.5 * phi + 1) + 0.4 * np.cos(7 * phi) + 0.3
-    found = jr.order_tracking(signal, phi, RATE, (1, 2.5), turns=4)
+    found = jr.diagnostics.order_tracking(signal, phi, RATE, (1, 2.5), turns=4)
     exact = np.array([2 * np.exp(-0.5j), 0.7 * np.exp(1j)])
     np.testing.assert_allclose(found.amplitude, np.tile(exact, (len(found.time), 1)), atol=1e-8)
     np.testing.assert_allclose(found.mean, 0.3, atol=1e-9)
@@ -94,7 +95,7 @@ def test_orders_of_a_run_up(sense):
 def test_orders_from_standstill_and_overlapping_blocks():
     t, phi, _ = run_up(start=0.0)
     signal = 2 * np.cos(phi - 0.5) + np.cos(40 * phi)
-    found = jr.order_tracking(signal, phi, RATE, (1, 2), turns=3, every=1)
+    found = jr.diagnostics.order_tracking(signal, phi, RATE, (1, 2), turns=3, every=1)
     np.testing.assert_allclose(found.amplitude[:, 0], 2 * np.exp(-0.5j), atol=2e-6)
     np.testing.assert_allclose(found.amplitude[:, 1], 0, atol=2e-6)
     assert len(found.time) == int(phi[-1] / TURN) - 2
@@ -103,18 +104,20 @@ def test_orders_from_standstill_and_overlapping_blocks():
 @pytest.mark.parametrize("samples, error", [(5, 3e-4), (10, 3e-6), (20, 5e-8)])
 def test_the_error_between_samples_is_as_told(samples, error):
     phi = TURN / (samples * 1.0027) * np.arange(60 * samples)
-    found = jr.order_tracking(np.cos(phi), phi, 1000.0)
+    found = jr.diagnostics.order_tracking(np.cos(phi), phi, 1000.0)
     assert 0.1 * error < np.abs(found.amplitude[1:-1] - 1).max() < error
 
 
 def test_neighbouring_orders_are_told_apart_and_a_window_keeps_strangers_out():
     phi, rate = steady(80)
     signal = np.cos(phi) + 0.5 * np.cos(1.1 * phi + 0.2)
-    both = jr.order_tracking(signal, phi, rate, (1.0, 1.1), turns=10)
+    both = jr.diagnostics.order_tracking(signal, phi, rate, (1.0, 1.1), turns=10)
     np.testing.assert_allclose(both.amplitude, np.tile([1, 0.5 * np.exp(0.2j)], (8, 1)), atol=1e-9)
     ringing = np.cos(phi) + np.cos(3.31 * phi)
     plain, hann = (
-        np.abs(jr.order_tracking(ringing, phi, rate, 1.0, 8, window=w).amplitude - 1).max()
+        np.abs(
+            jr.diagnostics.order_tracking(ringing, phi, rate, 1.0, 8, window=w).amplitude - 1
+        ).max()
         for w in ("boxcar", "hann")
     )
     assert hann < 2e-3 < 0.01 < plain
@@ -124,10 +127,12 @@ def test_tracking_and_the_domain_of_identification_agree():
     phi, rate = steady(60)
     signal = 1.5 * np.cos(phi + 0.7) + 0.2 * np.cos(2 * phi)
     t = np.arange(phi.size) / rate
-    series = jr.Series(t, signal)
-    compared = jr.Orders((1.0,), turns=8.0).compare(series, lambda s: np.interp(s, t, phi), "probe")
+    series = jr.sensors.Series(t, signal)
+    compared = jr.identification.Orders((1.0,), turns=8.0).compare(
+        series, lambda s: np.interp(s, t, phi), "probe"
+    )
     cosine, sine = np.asarray(compared(signal)).reshape(2, -1)
-    found = jr.order_tracking(signal, phi, rate, turns=8)
+    found = jr.diagnostics.order_tracking(signal, phi, rate, turns=8)
     assert np.mean(cosine + 1j * sine) == pytest.approx(found.amplitude[0, 0], rel=1e-3)
 
 
@@ -136,7 +141,7 @@ def test_tracking_and_the_domain_of_identification_agree():
 
 def test_waterfall_follows_the_speed():
     t, phi, speed = run_up(start=100.0, rate=40.0)
-    found = jr.waterfall(3 * np.cos(phi) + np.cos(2 * phi), speed, RATE, segment=1000)
+    found = jr.diagnostics.waterfall(3 * np.cos(phi) + np.cos(2 * phi), speed, RATE, segment=1000)
     assert not found.full and found.amplitude.shape == (found.time.size, found.frequency.size)
     top = found.frequency[np.argmax(found.amplitude, axis=1)]
     np.testing.assert_allclose(top, found.speed / TURN, atol=RATE / 1000 / 2 + 1e-9)
@@ -149,12 +154,12 @@ def test_a_waterfall_at_constant_speed_is_exact_and_full_with_two_signals():
     phi, rate = steady(80)
     speed = np.full(phi.size, TURN * 50.0)
     x, y = np.cos(phi) + 2, np.sin(phi) + 0.25 * np.cos(2 * phi)
-    found = jr.waterfall(x, speed, rate, y=y, segment=500)
+    found = jr.diagnostics.waterfall(x, speed, rate, y=y, segment=500)
     assert found.full
     np.testing.assert_allclose(found.along(1.0), 1.0, rtol=1e-12)
     np.testing.assert_allclose(found.along(-1.0), 0.0, atol=1e-12)
     np.testing.assert_allclose(found.along(-2.0), 0.125, rtol=1e-12)
-    single = jr.waterfall(y, speed, rate, segment=500)
+    single = jr.diagnostics.waterfall(y, speed, rate, segment=500)
     np.testing.assert_allclose(single.along(2.0), 0.25, rtol=1e-12)
     np.testing.assert_allclose(single.amplitude[:, 0], 0.0, atol=1e-12)
 
@@ -171,7 +176,7 @@ def test_the_ellipse_of_a_filtered_orbit(way, sense):
     # with the rotation: the ellipse's own angle grows as the shaft's does, towards +phi or -phi
     z = np.exp(1j * np.pi / 6) * (3 * np.cos(phi - 0.4) + way * 1j * np.sin(phi - 0.4))
     noise = np.exp(2j * phi) + 5.0
-    found = jr.filtered_orbit((z + noise).real, (z + noise).imag, phi, rate, 1.0)
+    found = jr.diagnostics.filtered_orbit((z + noise).real, (z + noise).imag, phi, rate, 1.0)
     one = found.ellipse()
     assert (one.major, one.minor) == pytest.approx((3.0, 1.0), abs=1e-8)
     assert one.inclination == pytest.approx(np.pi / 6, abs=1e-8)
@@ -198,7 +203,7 @@ def test_a_straight_line_and_a_circle():
 def test_orbits_with_half_orders_close_after_two_turns():
     phi, rate = steady(41)
     x, y = np.cos(phi) + 0.5 * np.cos(phi / 2), np.sin(phi) - 0.5 * np.sin(phi / 2)
-    found = jr.filtered_orbit(x, y, phi, rate, (0.5, 1.0), turns=40)
+    found = jr.diagnostics.filtered_orbit(x, y, phi, rate, (0.5, 1.0), turns=40)
     assert found.angle[-1] == pytest.approx(2 * TURN)
     np.testing.assert_allclose([found.x[-1], found.y[-1]], [found.x[0], found.y[0]], atol=1e-9)
     np.testing.assert_allclose(found.keyphasor, [[1.5, 0], [0.5, 0]], atol=1e-8)
@@ -211,7 +216,7 @@ def test_orbits_with_half_orders_close_after_two_turns():
 
 def test_the_orbit_as_it_is():
     phi, rate = steady(10)
-    found = jr.orbit(np.cos(phi) + 3, np.sin(phi) - 1, phi, rate, turns=2)
+    found = jr.diagnostics.orbit(np.cos(phi) + 3, np.sin(phi) - 1, phi, rate, turns=2)
     np.testing.assert_allclose(np.hypot(found.x, found.y), 1.0, atol=1e-8)
     np.testing.assert_allclose(found.keyphasor, [[1, 0], [1, 0]], atol=1e-8)
     np.testing.assert_allclose(found.centre, [3, -1], atol=1e-8)
@@ -221,7 +226,7 @@ def test_the_centreline_knows_no_order():
     t, phi, speed = run_up()
     x = 1e-3 * phi + np.cos(phi) + 0.3 * np.cos(2 * phi)
     y = -0.2 + np.sin(phi) + 0.2 * np.sin(9 * phi)
-    found = jr.shaft_centreline(x, y, phi, RATE, turns=2)
+    found = jr.diagnostics.shaft_centreline(x, y, phi, RATE, turns=2)
     # of what grows with the angle, the value in the middle of the block's equal steps
     middle = 2 * TURN * (np.arange(found.x.size) + 0.5)
     np.testing.assert_allclose(found.x, 1e-3 * middle, atol=2e-5)
@@ -235,7 +240,7 @@ def test_the_centreline_knows_no_order():
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_sections_fall_onto_the_marks(sense):
     t, phi, _ = run_up(sense)
-    section = jr.poincare(np.cos(phi + 0.2), np.sin(3 * phi), phi, RATE, phase=1.0)
+    section = jr.diagnostics.poincare(np.cos(phi + 0.2), np.sin(3 * phi), phi, RATE, phase=1.0)
     np.testing.assert_allclose(section.x, np.cos(1.2), atol=1e-8)
     np.testing.assert_allclose(section.v, np.sin(3.0), atol=1e-8)
     # 2 pi k + 1 reached under constant acceleration
@@ -243,7 +248,7 @@ def test_sections_fall_onto_the_marks(sense):
     exact = (-20.0 + np.sqrt(400.0 + 60.0 * turned)) / 30.0
     np.testing.assert_allclose(section.time, exact, atol=1e-11)
     np.testing.assert_allclose(
-        jr.turn_instants(phi, RATE, phase=1.0), section.time, rtol=0, atol=1e-14
+        jr.diagnostics.turn_instants(phi, RATE, phase=1.0), section.time, rtol=0, atol=1e-14
     )
     assert section.period() == 1
 
@@ -252,11 +257,11 @@ def test_the_period_of_a_section():
     phi, rate = steady(60)
 
     def period(order):
-        return jr.poincare(np.cos(order * phi), np.sin(order * phi), phi, rate).period()
+        return jr.diagnostics.poincare(np.cos(order * phi), np.sin(order * phi), phi, rate).period()
 
     assert period(1 / 2) == 2 and period(1 / 3) == 3 and period(2.0) == 1
     assert period(1 / np.sqrt(2)) == 0  # quasi-periodic
-    every = jr.poincare(np.cos(phi / 2), np.sin(phi / 2), phi, rate, every=2)
+    every = jr.diagnostics.poincare(np.cos(phi / 2), np.sin(phi / 2), phi, rate, every=2)
     assert every.period() == 1 and every.x.size == 31
 
 
@@ -268,32 +273,65 @@ def test_refusals_name_the_place_and_the_remedy():
     x = np.cos(phi)
     back = np.where(np.arange(phi.size) < 1000, phi, phi[999] - (phi - phi[999]))
     cases = [
-        (lambda: jr.full_spectrum(x, x[:-1], rate), "`y`: must have as many samples"),
-        (lambda: jr.full_spectrum(x + 1j, x, rate), "`x`: must be real"),
+        (lambda: jr.diagnostics.full_spectrum(x, x[:-1], rate), "`y`: must have as many samples"),
+        (lambda: jr.diagnostics.full_spectrum(x + 1j, x, rate), "`x`: must be real"),
         (
-            lambda: jr.full_spectrum(x, x, -1.0),
+            lambda: jr.diagnostics.full_spectrum(x, x, -1.0),
             "sample_rate must be positive and finite, but is -1 Hz",
         ),
-        (lambda: jr.full_spectrum(x, x, rate, "hamn"), "`window`: must be one that scipy"),
-        (lambda: jr.full_spectrum(x * np.nan, x, rate), "`x`: must be finite, but sample 0"),
-        (lambda: jr.order_tracking(x, back, rate), "`angle`: must rise .* after sample 999"),
-        (lambda: jr.order_tracking(x, phi % TURN, rate), "`angle`: must rise"),
-        (lambda: jr.order_tracking(x, 0.001 * phi, rate), "`angle`: must make a whole turn"),
-        (lambda: jr.order_tracking(x, phi, rate, (1, 30)), "`sample_rate`: must give 4 samples"),
-        (lambda: jr.order_tracking(x, phi, rate, (1, 1.01)), "`orders`: must lie 1/4 from 0"),
-        (lambda: jr.order_tracking(x, phi, rate, (0, 1)), "`orders`: must be finite and above 0"),
-        (lambda: jr.order_tracking(x, phi, rate, (1, 1)), "`orders`: must differ"),
-        (lambda: jr.order_tracking(x, phi, rate, turns=99), "`turns`: .* has 40 whole turns"),
         (
-            lambda: jr.order_tracking(x, phi, rate, turns=0.5),
+            lambda: jr.diagnostics.full_spectrum(x, x, rate, "hamn"),
+            "`window`: must be one that scipy",
+        ),
+        (
+            lambda: jr.diagnostics.full_spectrum(x * np.nan, x, rate),
+            "`x`: must be finite, but sample 0",
+        ),
+        (
+            lambda: jr.diagnostics.order_tracking(x, back, rate),
+            "`angle`: must rise .* after sample 999",
+        ),
+        (lambda: jr.diagnostics.order_tracking(x, phi % TURN, rate), "`angle`: must rise"),
+        (
+            lambda: jr.diagnostics.order_tracking(x, 0.001 * phi, rate),
+            "`angle`: must make a whole turn",
+        ),
+        (
+            lambda: jr.diagnostics.order_tracking(x, phi, rate, (1, 30)),
+            "`sample_rate`: must give 4 samples",
+        ),
+        (
+            lambda: jr.diagnostics.order_tracking(x, phi, rate, (1, 1.01)),
+            "`orders`: must lie 1/4 from 0",
+        ),
+        (
+            lambda: jr.diagnostics.order_tracking(x, phi, rate, (0, 1)),
+            "`orders`: must be finite and above 0",
+        ),
+        (lambda: jr.diagnostics.order_tracking(x, phi, rate, (1, 1)), "`orders`: must differ"),
+        (
+            lambda: jr.diagnostics.order_tracking(x, phi, rate, turns=99),
+            "`turns`: .* has 40 whole turns",
+        ),
+        (
+            lambda: jr.diagnostics.order_tracking(x, phi, rate, turns=0.5),
             "turns must be a whole number, 1 at least, but is 0.5",
         ),
-        (lambda: jr.waterfall(x, phi, rate, segment=9999), "`segment`: must not exceed"),
-        (lambda: jr.waterfall(x, phi, rate, overlap=1.0), "overlap must be 0 at least and below 1"),
-        (lambda: jr.orbit(x, x, phi, rate, turns=41), "`turns`: .* has 40 whole turns"),
-        (lambda: jr.poincare(x, x, phi, rate, phase=np.inf), "phase must be finite"),
-        (lambda: jr.poincare(x, x, phi, rate, every=60), "`every`: must leave two points"),
-        (lambda: jr.poincare(x, x[:5], phi, rate), "`v`: must be one row of 8 samples"),
+        (
+            lambda: jr.diagnostics.waterfall(x, phi, rate, segment=9999),
+            "`segment`: must not exceed",
+        ),
+        (
+            lambda: jr.diagnostics.waterfall(x, phi, rate, overlap=1.0),
+            "overlap must be 0 at least and below 1",
+        ),
+        (lambda: jr.diagnostics.orbit(x, x, phi, rate, turns=41), "`turns`: .* has 40 whole turns"),
+        (lambda: jr.diagnostics.poincare(x, x, phi, rate, phase=np.inf), "phase must be finite"),
+        (
+            lambda: jr.diagnostics.poincare(x, x, phi, rate, every=60),
+            "`every`: must leave two points",
+        ),
+        (lambda: jr.diagnostics.poincare(x, x[:5], phi, rate), "`v`: must be one row of 8 samples"),
     ]
     for call, words in cases:
         with pytest.raises(jr.InputError, match=words):
@@ -306,7 +344,7 @@ def test_refusals_name_the_place_and_the_remedy():
 def test_figures():
     t, phi, speed = run_up(start=60.0)
     x, y = 1e-5 * np.cos(phi), 0.5e-5 * np.sin(phi)
-    spectrum = jr.full_spectrum(x, y, RATE)
+    spectrum = jr.diagnostics.full_spectrum(x, y, RATE)
     # a fan that turns backwards: what goes from y to x is forward, and its lines are named so
     turned = plot.full_spectrum(spectrum, speed=-150.0).axes[0]
     assert "← forward | backward →" in turned.get_xlabel()
@@ -316,7 +354,7 @@ def test_figures():
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e6 * spectrum.amplitude)
     assert {"1×", "−1×", "2×"} <= {t.get_text() for t in ax.texts} and "µm" in ax.get_ylabel()
 
-    found = jr.waterfall(x, speed, RATE)
+    found = jr.diagnostics.waterfall(x, speed, RATE)
     ax = plot.waterfall_map(found, highest=100.0).axes[0]
     assert ax.get_xlim() == (0, 100) and ax.get_ylabel() == "speed, rpm"
     shown = np.asarray(ax.collections[0].get_array())
@@ -326,18 +364,18 @@ def test_figures():
     no_ramp = found._replace(speed=np.full_like(found.speed, 100.0))
     assert plot.waterfall_map(no_ramp).axes[0].get_ylabel() == "time, s"
 
-    track = jr.order_tracking(x, phi, RATE, (1, 2))
+    track = jr.diagnostics.order_tracking(x, phi, RATE, (1, 2))
     top, bottom = plot.order_tracks(track).axes
     np.testing.assert_allclose(top.lines[0].get_ydata(), 10.0, rtol=1e-6)
     assert np.all(np.isnan(bottom.lines[1].get_ydata()))  # 2x is nothing: it has no phase
 
-    one = jr.filtered_orbit(x, y, phi, RATE)
-    fig = plot.orbits({"all": jr.orbit(x, y, phi, RATE), "1×": one})
+    one = jr.diagnostics.filtered_orbit(x, y, phi, RATE)
+    fig = plot.orbits({"all": jr.diagnostics.orbit(x, y, phi, RATE), "1×": one})
     assert "forward, semi-axes 10 × 5 µm" in fig.axes[1].get_title(loc="left")
-    line = jr.shaft_centreline(x, y, phi, RATE)
+    line = jr.diagnostics.shaft_centreline(x, y, phi, RATE)
     ax = plot.centreline(line, clearance=1e-4).axes[0]
     assert "clearance 100 µm" in {a.get_label() for a in ax.lines}
-    section = jr.poincare(x, y, phi, RATE)
+    section = jr.diagnostics.poincare(x, y, phi, RATE)
     ax = plot.poincare(section).axes[0]
     np.testing.assert_allclose(ax.collections[0].get_offsets()[:, 0], 1e6 * section.x)
     assert "repeats each turn" in ax.get_title(loc="left")
@@ -365,10 +403,10 @@ def test_the_tracked_order_of_a_run_is_the_linear_response(whirl):
     linear = np.asarray(
         jr.unbalance_response(whirl.machine, ["disc.x", "disc.y"], [speed]).values[0]
     )
-    found = jr.filtered_orbit(run.x, run.y, run.phi, rate)
+    found = jr.diagnostics.filtered_orbit(run.x, run.y, run.phi, rate)
     np.testing.assert_allclose(found.amplitude[0], linear, rtol=2e-6)
     assert found.ellipse().precession == -1  # between the two critical speeds, 245 and 354 rad/s
-    full = jr.full_spectrum(run.x, run.y, rate, "flattop")
+    full = jr.diagnostics.full_spectrum(run.x, run.y, rate, "flattop")
     lines = [full.peak(*sorted((s * 30, s * 70)))[1] for s in (1, -1)]
     one = found.ellipse()
     np.testing.assert_allclose(lines, [abs(one.forward), abs(one.backward)], rtol=2e-3)
@@ -400,7 +438,7 @@ def double_well(drive=None):
     )
 
 
-PROBE = jr.ProximityProbe("disc", 0.0)
+PROBE = jr.sensors.ProximityProbe("disc", 0.0)
 
 
 def test_bifurcations_of_the_double_well():
@@ -409,7 +447,7 @@ def test_bifurcations_of_the_double_well():
     speed, force = np.array([1.2, 1.2, 1.2, 1.5]), np.array([0.2, 0.28, 0.29, 0.2])
     drop, keep, phase = 100, 16, 0.6
     cases = {"disc.phi.speed": speed, "disc.unbalance.eccentricity": force / speed**2}
-    found = jr.bifurcation(
+    found = jr.diagnostics.bifurcation(
         double_well(), cases, PROBE, "disc",
         drop=drop, keep=keep, phase=phase, initial="undeformed", progress=False,
     )  # fmt: skip
@@ -435,7 +473,7 @@ def test_bifurcations_of_the_double_well():
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_sections_inside_a_run_and_their_derivatives(sense):
-    once = jr.OnceATurn(PROBE, "disc", 5, 0.7)
+    once = jr.diagnostics.PoincareSamples(PROBE, "disc", 5, 0.7)
     t = jnp.arange(400) * 0.01
     marks = sense * 0.7 + TURN * np.arange(2, 7)  # the last before the end at 3.99 s, w = 10 rad/s
 
@@ -449,7 +487,7 @@ def test_sections_inside_a_run_and_their_derivatives(sense):
     slopes = -np.sin(0.7 * marks)[:, None] * np.stack([-7.0 * marks / 100, marks / 10], axis=1)
     for derivative in (jax.jacfwd, jax.jacrev):
         np.testing.assert_allclose(derivative(points)(at), slopes, atol=1e-7)
-    few = jr.OnceATurn(PROBE, "disc", 9, 0.7)
+    few = jr.diagnostics.PoincareSamples(PROBE, "disc", 9, 0.7)
     found = few(Seen(t, few.sensors(), (jnp.cos(t), sense * 10.0 * t)))
     assert np.isnan(found).sum() == (2 if sense > 0 else 3)
 
@@ -461,26 +499,34 @@ def test_bifurcations_refuse():
     )
     ramp = double_well(jr.CosineRamp(speed=2.0, duration=1.0))
     cases = [
-        (lambda: jr.bifurcation(free, {"disc.mass": [1.0]}, PROBE, "disc"), "must have a drive"),
-        (lambda: jr.bifurcation(ramp, {"disc.mass": [1.0]}, PROBE, "disc"), "at constant speed"),
         (
-            lambda: jr.bifurcation(double_well(), {"disc.phi.speed": [1.0, 0.0]}, PROBE, "disc"),
+            lambda: jr.diagnostics.bifurcation(free, {"disc.mass": [1.0]}, PROBE, "disc"),
+            "must have a drive",
+        ),
+        (
+            lambda: jr.diagnostics.bifurcation(ramp, {"disc.mass": [1.0]}, PROBE, "disc"),
+            "at constant speed",
+        ),
+        (
+            lambda: jr.diagnostics.bifurcation(
+                double_well(), {"disc.phi.speed": [1.0, 0.0]}, PROBE, "disc"
+            ),
             "case 2",
         ),
         (
-            lambda: jr.bifurcation(double_well(), speeds, "x", "disc"),
+            lambda: jr.diagnostics.bifurcation(double_well(), speeds, "x", "disc"),
             "quantity must be an AbstractSensor, but is 'x'",
         ),
         (
-            lambda: jr.bifurcation(double_well(), speeds, PROBE, "disk"),
+            lambda: jr.diagnostics.bifurcation(double_well(), speeds, PROBE, "disk"),
             "`shaft`: there is no station `disk`",
         ),
         (
-            lambda: jr.bifurcation(double_well(), speeds, PROBE, "disc", keep=1),
+            lambda: jr.diagnostics.bifurcation(double_well(), speeds, PROBE, "disc", keep=1),
             "keep must be a whole number, 2 at least",
         ),
         (
-            lambda: jr.OnceATurn(PROBE, "disc", 0),
+            lambda: jr.diagnostics.PoincareSamples(PROBE, "disc", 0),
             "keep must be a whole number, 1 at least, but is 0",
         ),
     ]

@@ -18,7 +18,7 @@ def train(law, drive):
         "drive": drive,
         "shaft": jr.Shaft(0.2, 0.03),
         "pinion": jr.Rotor(1.0, **DISC),
-        "mesh": jr.GearMesh((0.05, 0.1), jr.KelvinVoigt(1e7, 500.0)),
+        "mesh": jr.GearMesh((0.05, 0.1), jr.elements.KelvinVoigt(1e7, 500.0)),
         "wheel": jr.Rotor(3.0, **DISC),
         "coupling": jr.Coupling((1e6, 1e6, 1e6, 1e4, 1e4, 0.0), phi=law),
         "fan": jr.Rotor(2.0, **DISC),
@@ -42,10 +42,10 @@ DRIVEN = jr.PrescribedSpin(jr.CosineRamp(100.0, 1.0))
 @pytest.mark.parametrize(
     "law, wound",
     [
-        (jr.KelvinVoigt(500.0), LOAD / 500),
-        (jr.Progressive([0.0, 9e4]), np.cbrt(LOAD / 9e4)),
-        (jr.Backlash(0.02, 500.0), 0.01 + LOAD / 500),
-        (jr.Backlash(0.5, 500.0), 0.25 + LOAD / 500),
+        (jr.elements.KelvinVoigt(500.0), LOAD / 500),
+        (jr.elements.Progressive([0.0, 9e4]), np.cbrt(LOAD / 9e4)),
+        (jr.elements.Backlash(0.02, 500.0), 0.01 + LOAD / 500),
+        (jr.elements.Backlash(0.5, 500.0), 0.25 + LOAD / 500),
     ],
 )
 def test_a_law_without_slope_at_rest_is_wound_up_to_its_load(law, wound):
@@ -56,7 +56,7 @@ def test_a_law_without_slope_at_rest_is_wound_up_to_its_load(law, wound):
 
 def test_a_free_line_rests_wound_up_though_its_torques_drive_it():
     """Only the common torque may be left: it is shared out evenly along the common turning."""
-    machine = train(jr.Backlash(0.02, 500.0), jr.Rotor(1.0, **DISC))
+    machine = train(jr.elements.Backlash(0.02, 500.0), jr.Rotor(1.0, **DISC))
     rest = turned(machine)
     common = np.array([1.0, 1.0, RATIO, RATIO])
     torques = np.array([8.0, 0.0, 0.0, -LOAD])
@@ -70,7 +70,7 @@ def test_what_a_clutch_parts_is_a_line_of_its_own():
     np.testing.assert_allclose(turned(train(jr.CoulombClutch(9.0), DRIVEN)), 0.0, atol=1e-12)
 
 
-class Yielding(jr.AbstractLaw):
+class Yielding(jr.elements.AbstractLaw):
     """Carries 3 N·m at most: no angle bears more."""
 
     def force(self, t, x, v, state):

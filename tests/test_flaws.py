@@ -34,7 +34,11 @@ def jeffcott(
     """A disc that keeps upright at the end of a clamped section, turning exactly at `speed`: two coordinates,
     stiffness K. All flaws are there, some of no size, so that one program serves every test."""
     if flaw is None:
-        flaw = (jr.Kink(bend, 0.8, 0.5), jr.Asymmetry(ratio, 0.3), jr.Crack(depth, 0.1, 0.4))
+        flaw = (
+            jr.elements.Kink(bend, 0.8, 0.5),
+            jr.elements.Asymmetry(ratio, 0.3),
+            jr.elements.Crack(depth, 0.1, 0.4),
+        )
     return jr.Machine.in_line(
         {
             "drive": jr.PrescribedSpin(jr.ConstantSpeed(speed)),
@@ -101,14 +105,14 @@ def energy_by_hand(shaft, qa, qb):
     free, cracks = u.copy(), []
     for flaw in shaft.flaw.parts:
         values = {k: float(v) for k, v in vars(flaw).items() if not isinstance(v, str)}
-        if isinstance(flaw, (jr.Bow, jr.Kink)):
+        if isinstance(flaw, (jr.elements.Bow, jr.elements.Kink)):
             e = np.array([np.cos(values["angle"]), np.sin(values["angle"])])
-            if isinstance(flaw, jr.Bow):
+            if isinstance(flaw, jr.elements.Bow):
                 gone = -values["sagitta"] * np.array([4.0, 8 / L])
             else:
                 gone = values["bend"] * np.array([L * (1 - values["position"]), 1.0])
             free -= np.kron(e, gone)
-        elif isinstance(flaw, jr.Asymmetry):
+        elif isinstance(flaw, jr.elements.Asymmetry):
             for sign, at in ((1, values["angle"]), (-1, values["angle"] + np.pi / 2)):
                 e = np.array([np.cos(at), np.sin(at)])
                 softer = (1 / (1 + sign * values["ratio"]) - 1) * cantilever()
@@ -124,7 +128,7 @@ def energy_by_hand(shaft, qa, qb):
         if getattr(flaw, "follows", "") == "moment":
             cosine = -side @ moment / np.linalg.norm(moment)
         mix = 0.5 * (1 + cosine)
-        if isinstance(flaw, jr.SwitchingCrack):
+        if isinstance(flaw, jr.elements.SwitchingCrack):
             mix = 0.5 * (1 + np.tanh(cosine / v["width"]))
         elif flaw.breathing == "open":
             mix = 1.0
@@ -133,13 +137,13 @@ def energy_by_hand(shaft, qa, qb):
 
 
 EVERY = (
-    jr.Bow(3e-4, 0.7),
-    jr.Kink(2e-3, 0.3, -1.1),
-    jr.Asymmetry(-0.15, 0.4),
-    jr.Crack(0.3, 0.2, 2.0),
-    jr.Crack(0.1, 0.9, -1.0, breathing="open"),
-    jr.SwitchingCrack(0.2, 0.6, 0.3, width=0.4),
-    jr.SwitchingCrack(0.25, 0.7, -0.3, follows="moment", width=0.5),
+    jr.elements.Bow(3e-4, 0.7),
+    jr.elements.Kink(2e-3, 0.3, -1.1),
+    jr.elements.Asymmetry(-0.15, 0.4),
+    jr.elements.Crack(0.3, 0.2, 2.0),
+    jr.elements.Crack(0.1, 0.9, -1.0, breathing="open"),
+    jr.elements.SwitchingCrack(0.2, 0.6, 0.3, width=0.4),
+    jr.elements.SwitchingCrack(0.25, 0.7, -0.3, follows="moment", width=0.5),
 )
 
 
@@ -185,7 +189,9 @@ def test_a_cracked_cantilever_sags_by_fracture_mechanics():
         machine = jr.Machine.in_line(
             {
                 "wall": jr.PrescribedSpin(jr.ConstantSpeed(0.0)),
-                "shaft": jr.Shaft(L, 2 * R, flaw=jr.Crack(0.35, 0.1, angle, breathing="open")),
+                "shaft": jr.Shaft(
+                    L, 2 * R, flaw=jr.elements.Crack(0.35, 0.1, angle, breathing="open")
+                ),
                 "disc": jr.Rotor(MASS, 0.02, 0.01),
             },
             gravity=(0.0, -9.81, 0.0),
@@ -239,7 +245,7 @@ def test_compliance_of_a_crack():
 def test_a_keyway():
     """Moments of area by quadrature; the round shaft of the same mean."""
     d, w, t = 0.04, 0.012, 0.005
-    mean_diameter, asymmetry = jr.keyway(d, w, t, 0.2)
+    mean_diameter, asymmetry = jr.elements.keyway(d, w, t, 0.2)
 
     def width(y):  # what is left of the section at y
         half = np.sqrt((d / 2) ** 2 - y**2)
@@ -258,7 +264,7 @@ def test_a_keyway():
     np.testing.assert_allclose(np.pi / 64 * mean_diameter**4, (towards + beside) / 2, rtol=1e-8)
     assert asymmetry.ratio < -0.05 and asymmetry.angle == 0.2
     with pytest.raises(jr.InputError, match="does not go into a shaft of 40 mm"):
-        jr.keyway(d, w, 0.025)
+        jr.elements.keyway(d, w, 0.025)
 
 
 def test_a_bowed_rotor():
@@ -293,9 +299,12 @@ def test_a_bowed_rotor():
 def test_the_arc_of_a_long_bow():
     """Pinned at both ends, two halves with a quarter of the sagitta each: the middle lies the whole of it off
     the axis, and nothing is loaded; so too where the middle is bent."""
-    for flaw, off in ((jr.Bow(1e-4, 0.3), 4e-4), (jr.Kink(4e-4 / L, 0.0, 0.3 + np.pi), 2e-4)):
+    for flaw, off in (
+        (jr.elements.Bow(1e-4, 0.3), 4e-4),
+        (jr.elements.Kink(4e-4 / L, 0.0, 0.3 + np.pi), 2e-4),
+    ):
         ends = dict(polar_inertia=1e-3, transverse_inertia=1e-3)
-        first = flaw if isinstance(flaw, jr.Bow) else None
+        first = flaw if isinstance(flaw, jr.elements.Bow) else None
         machine = jr.Machine.in_line(
             {
                 "a": jr.Rotor(1.0, **ends),
@@ -415,7 +424,7 @@ def test_switching_cracks():
     speed, common = 0.4 * CRITICAL, dict(damping=40.0, eccentricity=1e-5, gravity=9.81)
     runs = []
     for width in (0.1, 0.05):
-        flaw = jr.SwitchingCrack(0.3, 0.1, 0.4, width=width)
+        flaw = jr.elements.SwitchingCrack(0.3, 0.1, 0.4, width=width)
         machine = jeffcott(speed, flaw=flaw, **common)
         assert not is_smooth(machine) and is_smooth(jeffcott(speed))
         run = jr.simulate(machine, 0.1, 1000.0, "undeformed", step=1e-4, solver=jr.ETD4RK())
@@ -436,8 +445,8 @@ def test_switching_cracks():
         stored = [
             jr.Shaft(L, 2 * R, flaw=flaw).energy(0.0, at, None)
             for flaw in (
-                jr.SwitchingCrack(0.3, 0.1, 0.4, opens_at=np.pi / 2),
-                jr.SwitchingCrack(0.3, 0.1, 0.4, follows="moment"),
+                jr.elements.SwitchingCrack(0.3, 0.1, 0.4, opens_at=np.pi / 2),
+                jr.elements.SwitchingCrack(0.3, 0.1, 0.4, follows="moment"),
             )
         ]
         np.testing.assert_allclose(stored[0], stored[1], rtol=1e-9)
@@ -525,7 +534,7 @@ def test_study_files(tmp_path):
     file = tmp_path / "cracked.toml"
     file.write_text(STUDY)
     study = jr.load(file)
-    assert study.machine["shaft"].flaw == jr.Crack(0.2, angle=np.pi / 2, breathing="open")
+    assert study.machine["shaft"].flaw == jr.elements.Crack(0.2, angle=np.pi / 2, breathing="open")
     assert float(study.machine.get("stub.flaw.parts.0.sagitta")) == 1e-4
     deeper = study.machine.set({"shaft.flaw.depth": 0.3, "stub.flaw.parts.0.sagitta": 2e-4})
     save_study(
@@ -545,25 +554,37 @@ def test_study_files(tmp_path):
 @pytest.mark.parametrize(
     "flaw, more, sentence",
     [
-        (jr.Crack(0.6), {}, "`s`: depth must be at most 0.5 of the diameter .*, but is 0.6"),
-        (jr.Crack(-0.1), {}, "`s`: flaw.depth must be zero or positive, but is -0.1"),
-        (jr.Crack(0.1, 1.5), {}, "position must lie between 0 and 1 along the section, but is 1.5"),
         (
-            lambda: jr.Crack(0.1, breathing="cosin"),
+            jr.elements.Crack(0.6),
+            {},
+            "`s`: depth must be at most 0.5 of the diameter .*, but is 0.6",
+        ),
+        (jr.elements.Crack(-0.1), {}, "`s`: flaw.depth must be zero or positive, but is -0.1"),
+        (
+            jr.elements.Crack(0.1, 1.5),
+            {},
+            "position must lie between 0 and 1 along the section, but is 1.5",
+        ),
+        (
+            lambda: jr.elements.Crack(0.1, breathing="cosin"),
             {},
             "breathing must be 'cosine' or 'open', but is 'cosin': did you mean 'cosine'",
         ),
         (
-            jr.Crack(0.1),
+            jr.elements.Crack(0.1),
             dict(inner_diameter=0.01),
             "a solid section alone, but inner_diameter is 0.01",
         ),
-        (jr.Kink(0.1, -0.5), {}, "flaw.position must be zero or positive, but is -0.5"),
-        (jr.SwitchingCrack(0.1, width=0.0), {}, "flaw.width must be positive, but is 0 rad"),
-        (jr.Asymmetry(1.0), {}, "ratio must lie between -1 and 1, .*, but is 1"),
+        (jr.elements.Kink(0.1, -0.5), {}, "flaw.position must be zero or positive, but is -0.5"),
+        (
+            jr.elements.SwitchingCrack(0.1, width=0.0),
+            {},
+            "flaw.width must be positive, but is 0 rad",
+        ),
+        (jr.elements.Asymmetry(1.0), {}, "ratio must lie between -1 and 1, .*, but is 1"),
         ((), {}, "parts must hold one flaw at least, but is empty"),
         (jr.Unbalance(), {}, "flaw must be made by Bow, Kink, .*, but is Unbalance"),
-        ((jr.Bow(1e-4), 3.0), {}, "flaw.parts.1 must be made by .*, but is 3.0"),
+        ((jr.elements.Bow(1e-4), 3.0), {}, "flaw.parts.1 must be made by .*, but is 3.0"),
     ],
 )
 def test_wrong_flaws(flaw, more, sentence):

@@ -53,7 +53,7 @@ def geared(ratio=1.0, mesh=1e12):
             "motor": turning(Jm),
             "shaft": torsion(1e4),
             "A": turning(Jg),
-            "mesh": jr.GearMesh([0.05, 0.05 / ratio], jr.KelvinVoigt(mesh)),
+            "mesh": jr.GearMesh([0.05, 0.05 / ratio], jr.elements.KelvinVoigt(mesh)),
             "B": turning(Jg),
             "shaft 1": torsion(5e3),
             "rotor 1": turning(Jr),
@@ -89,7 +89,7 @@ def test_another_ratio_reduces_inertia_and_stiffness_by_its_square():
 
 def pair(mesh=None, **options):
     """Driven pinion, helical mesh, wheel on a soft bearing, with a load on it."""
-    mesh = jr.KelvinVoigt(1e7, 500.0) if mesh is None else mesh
+    mesh = jr.elements.KelvinVoigt(1e7, 500.0) if mesh is None else mesh
     support = jr.LinearSupport([1e7, 1e7, 1e7, 1e4, 1e4, 0], [200.0, 200.0, 200.0, 5.0, 5.0, 0])
     given = dict(orientation=0.7, helix_angle=0.2) | options
     return jr.Machine(
@@ -162,8 +162,8 @@ def test_forces_of_a_mesh_at_one_instant():
 @pytest.mark.parametrize(
     "mesh, error",
     [
-        (jr.KelvinVoigt(1e7, 500.0), dict(error_amplitudes=[2e-6], error_phases=[0.3])),
-        (jr.Backlash(gap=1e-4, stiffness=1e7, damping=500.0), {}),
+        (jr.elements.KelvinVoigt(1e7, 500.0), dict(error_amplitudes=[2e-6], error_phases=[0.3])),
+        (jr.elements.Backlash(gap=1e-4, stiffness=1e7, damping=500.0), {}),
     ],
     ids=["transmission error", "backlash"],
 )
@@ -175,7 +175,7 @@ def test_balance(mesh, error):
 
 
 def test_a_loose_pair_carries_no_force_within_its_play():
-    machine = pair(jr.Backlash(gap=2e-4, stiffness=1e7))
+    machine = pair(jr.elements.Backlash(gap=2e-4, stiffness=1e7))
     q = np.zeros((3, 6))
     b = machine.wiring.stations.index("wheel")
     base = 0.1 * np.cos(np.deg2rad(20)) * np.cos(0.2)
@@ -193,7 +193,7 @@ def test_derivatives():
 
     def forces(x):
         gear = jr.GearMesh(
-            x[:2], jr.KelvinVoigt(x[2], x[3]), x[4], x[5], x[6], x[7], x[8:10], x[10:12]
+            x[:2], jr.elements.KelvinVoigt(x[2], x[3]), x[4], x[5], x[6], x[7], x[8:10], x[10:12]
         )
         on = gear.forces(jnp.zeros(()), motions, jnp.zeros(0))
         books = gear.energy(0.0, motions, None), gear.power_lost(0.0, motions, None)
@@ -208,7 +208,7 @@ def test_a_free_pair_keeps_its_momenta():
     machine = jr.Machine(
         {
             "a": turning(0.02),
-            "mesh": jr.GearMesh([0.05, 0.1], jr.KelvinVoigt(1e5, 200.0)),
+            "mesh": jr.GearMesh([0.05, 0.1], jr.elements.KelvinVoigt(1e5, 200.0)),
             "b": turning(0.1),
         },
         {"mesh": ("a", "b")},
@@ -237,7 +237,7 @@ def test_a_free_pair_keeps_its_momenta():
     ],
 )
 def test_bad_gears(options, sentence):
-    given = dict(radii=[0.05, 0.1], mesh=jr.KelvinVoigt(1e7)) | options
+    given = dict(radii=[0.05, 0.1], mesh=jr.elements.KelvinVoigt(1e7)) | options
     with pytest.raises(jr.InputError, match=sentence):
         jr.Machine(
             {"a": turning(1.0), "g": jr.GearMesh(**given), "b": turning(1.0)}, {"g": ("a", "b")}

@@ -13,8 +13,10 @@ TRUTH = {
     "bearing.damping[0]": 60.0,
 }
 SENSORS = {
-    "probe": jr.Channel(jr.ProximityProbe("d", 0.3), unit="V", sensitivity=8000.0, delay=2e-4),
-    "housing": jr.Channel(jr.Accelerometer("d", (0, 1, 0))),
+    "probe": jr.Channel(
+        jr.sensors.ProximityProbe("d", 0.3), unit="V", sensitivity=8000.0, delay=2e-4
+    ),
+    "housing": jr.Channel(jr.sensors.Accelerometer("d", (0, 1, 0))),
 }
 KNOWN = [
     jr.Unknown("d.unbalance.eccentricity", positive=True),
@@ -45,7 +47,11 @@ def noisy(level):
     size = {"probe": 1.5, "housing": 5.0}
     return {
         name: jr.Channel(
-            c.sensor, c.unit, c.sensitivity, delay=c.delay, noise=jr.Noise(level * size[name])
+            c.sensor,
+            c.unit,
+            c.sensitivity,
+            delay=c.delay,
+            noise=jr.sensors.Noise(level * size[name]),
         )
         for name, c in SENSORS.items()
     }
@@ -61,7 +67,7 @@ def run():
 
 
 def trial(run, sensors=SENSORS, seed=None):
-    return jr.Trial(record(run, sensors, seed), initial="undeformed")
+    return jr.MeasuredRun(record(run, sensors, seed), initial="undeformed")
 
 
 def record(run, sensors=SENSORS, seed=None, name="run"):
@@ -76,7 +82,7 @@ def record(run, sensors=SENSORS, seed=None, name="run"):
         values = np.array(clean)
         if key == "probe":
             values[100:130] = np.nan
-        series[key] = jr.Series(at, values, channel.recorded_in)
+        series[key] = jr.sensors.Series(at, values, channel.recorded_in)
     return jr.Record(series, name)
 
 
@@ -87,7 +93,7 @@ def wrong(**changes):
 
 @pytest.fixture(scope="module")
 def found(run):
-    stages = (jr.Orders(turns=4.0), jr.Time())
+    stages = (jr.identification.Orders(turns=4.0), jr.identification.Time())
     starts = [{"d.unbalance.angle": 0.7 - 2.6 + a} for a in (np.pi / 2, np.pi, 1.5 * np.pi)]
     return jr.identify(wrong(), KNOWN, SENSORS, trial(run), stages=stages, starts=starts)
 
@@ -146,7 +152,7 @@ def test_intervals_cover_the_truth(run):
     """60 records with 5 % noise in one batch: coverage of the 95 % intervals and spread of the estimates."""
     sensors = noisy(0.05)
     found = jr.identify(rotor(), KNOWN, sensors, trial(run, sensors, 7))
-    replicas = jr.bootstrap(found, 60, seed=1)
+    replicas = jr.identification.bootstrap(found, 60, seed=1)
     for path, part in replicas.coverage.items():
         assert 0.85 <= part <= 1.0, path  # 60 of them: three standard deviations
     for path, ratio in replicas.spread.items():
@@ -165,7 +171,7 @@ def test_what_cannot_be_seen(run):
         jr.Unknown("d.unbalance.eccentricity", positive=True),
     ]
     alone = jr.Record({"probe": record(run)["probe"]})
-    found = jr.identify(rotor(), pair, SENSORS, jr.Trial(alone, initial="undeformed"))
+    found = jr.identify(rotor(), pair, SENSORS, jr.MeasuredRun(alone, initial="undeformed"))
     assert [set(d) for d in found.blind] == [{"probe.sensitivity", "d.unbalance.eccentricity"}]
     assert any("the data cannot see +1" in w for w in found.warnings)
 
@@ -184,7 +190,7 @@ def test_a_wrong_model_is_noticed(run):
         jr.Unknown("bearing.stiffness[1]"),
         KNOWN[3],
     ]
-    stages = (jr.Orders(turns=4.0), jr.Time())
+    stages = (jr.identification.Orders(turns=4.0), jr.identification.Time())
     right = jr.identify(rotor(), free, sensors, data, stages=stages)
     assert right.warnings == () and right.bic < found.bic and right.aic < found.aic
 
@@ -196,7 +202,7 @@ def test_several_runs_a_prior_and_a_delay(run):
     slow = {"d.phi.speed": 250.0}
     other = simulated(rotor(**slow))
     data = [
-        jr.Trial(
+        jr.MeasuredRun(
             jr.Record({"probe": record(r)["probe"]}, name),
             initial="undeformed",
             conditions=conditions,
@@ -209,7 +215,7 @@ def test_several_runs_a_prior_and_a_delay(run):
         jr.Unknown("gravity[2]", start=1.0, prior=(2.0, 0.1)),
     ]
     machine = rotor({**TRUTH, "bearing.stiffness[0]": 0.6e5})
-    stages = (jr.Orders(turns=4.0), jr.Time())
+    stages = (jr.identification.Orders(turns=4.0), jr.identification.Time())
     found = jr.identify(machine, unknowns, sensors, data, stages=stages)
     assert found.values["bearing.stiffness[0]"] == pytest.approx(1.2e5, rel=1e-6)
     assert found.values["probe.delay"] == pytest.approx(2e-4, abs=1e-9)
@@ -219,7 +225,7 @@ def test_several_runs_a_prior_and_a_delay(run):
 
 def test_correction_from_what_was_found(found):
     """The identified static unbalance, taken out in two planes: the machine no longer whirls."""
-    correction = jr.correction(found, "d", (-0.02, 0.03))
+    correction = jr.identification.correction(found, "d", (-0.02, 0.03))
     assert correction.unbalance.sum() == pytest.approx(-2.0 * 2e-5 * np.exp(0.7j), rel=1e-6)
     assert (correction.std.real >= 0).all() and correction.grade(2.0, 400.0) < 1e-3
 
@@ -254,11 +260,11 @@ def test_saved(found, tmp_path):
         (dict(data=[]), "no data"),
         (dict(data=3.0), "must be Records or Trials"),
         (dict(stages=()), "name one at least"),
-        (dict(stages=(jr.Orders(turns=500.0),)), "too few for windows"),
-        (dict(stages=(jr.Frequencies(0.001, 0.01),)), "gaps|no line"),
+        (dict(stages=(jr.identification.Orders(turns=500.0),)), "too few for windows"),
+        (dict(stages=(jr.identification.Frequencies(0.001, 0.01),)), "gaps|no line"),
         (dict(starts=[{"d.mass": 1.0}]), "is not looked for"),
         (dict(starts=[{"bearing.damping[0]": 1e4}]), "out of its bounds"),
-        (dict(shaft="wheel", stages=(jr.Orders(),)), "wheel"),
+        (dict(shaft="wheel", stages=(jr.identification.Orders(),)), "wheel"),
     ],
 )  # fmt: skip
 def test_refused_before_anything_runs(run, change, words):
@@ -270,13 +276,13 @@ def test_refused_before_anything_runs(run, change, words):
 def test_units_of_records(run):
     """A record in another unit of the same kind is converted, another kind refused."""
     one = record(run)["housing"]
-    same = jr.Record({"housing": jr.Series(one.t, 1e3 * one.values, "mm/s^2")})
-    same = jr.Trial(same, initial="undeformed")
+    same = jr.Record({"housing": jr.sensors.Series(one.t, 1e3 * one.values, "mm/s^2")})
+    same = jr.MeasuredRun(same, initial="undeformed")
     found = jr.identify(rotor(), KNOWN[:1], {"housing": SENSORS["housing"]}, same)
     assert found.values["d.unbalance.eccentricity"] == pytest.approx(2e-5, rel=1e-9)
-    other = jr.Record({"housing": jr.Series(one.t, one.values, "mm/s")})
+    other = jr.Record({"housing": jr.sensors.Series(one.t, one.values, "mm/s")})
     with pytest.raises(jr.InputError, match="is in mm/s, but the channel records m/s"):
         jr.identify(rotor(), KNOWN[:1], {"housing": SENSORS["housing"]}, other)
-    short = jr.Record({"housing": jr.Series(one.t[:4], one.values[:4])})
+    short = jr.Record({"housing": jr.sensors.Series(one.t[:4], one.values[:4])})
     with pytest.raises(jr.InputError, match="4 measured values cannot tell 4 parameters"):
         jr.identify(rotor(), KNOWN, {"housing": SENSORS["housing"]}, short)

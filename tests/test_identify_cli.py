@@ -13,9 +13,9 @@ import pytest
 
 import jaxrotor as jr
 from jaxrotor.commands.cli import main
-from jaxrotor.identification.bench import Bench
 from jaxrotor.identification.identify import _wrapped
-from jaxrotor.identification.space import Space
+from jaxrotor.search.instrumented import Instrumented
+from jaxrotor.search.space import Space
 
 RIG = """
 title = "A disc on two springs"
@@ -171,7 +171,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
 def test_ctrl_c_keeps_the_estimates_so_far(place, monkeypatch, capsys, when):
     """In the third iteration; before the second stage has begun, when the first is near the truth."""
     measure(jr.load("rig.toml"))
-    module = importlib.import_module(f"jaxrotor.inverse.{when.split('.')[0]}")
+    module = importlib.import_module(f"jaxrotor.identification.{when.split('.')[0]}")
     name, call = when.split(".")[1], 3 if "step" in when else 2
     monkeypatch.setattr(module, name, raising(getattr(module, name), call))
     assert main(["identify", "rig.toml"]) == 130
@@ -244,7 +244,7 @@ def test_identified_angles_are_wrapped(place):
     study = jr.load("rig.toml")
     path, tied = "disc.unbalance.angle", "probe.sensor.angle"
     unknown = jr.Unknown(path, start=10.0, circular=True, also={tied: -2.0})
-    bench = Bench(study.machine, study.identify.sensors)
+    bench = Instrumented(study.machine, study.identify.sensors)
     space = Space.of(bench, (unknown,))
     turned = _wrapped(space, space.set(bench, [10.0]))
     for name, angle in ((path, 10.0), (tied, -20.0)):

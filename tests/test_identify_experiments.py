@@ -49,7 +49,7 @@ def test_unbalance_of_the_two_rotor_machine():
         synthetic.two_rotors(wrong),
         identify_unbalance.unknowns(),
         synthetic.channels(synthetic.HOUSINGS, noise),
-        jr.Trial(jr.read_record(DATA / "two_rotor_run_up.toml"), step=2e-4),
+        jr.MeasuredRun(jr.read_record(DATA / "two_rotor_run_up.toml"), step=2e-4),
     )
     assert found.stopped and found.warnings == ()
     for path, value in truth.items():

@@ -13,7 +13,7 @@ from jaxrotor.machine.field import vector_field
 from jaxrotor.machine.system import assemble
 
 
-class Maxwell(jr.AbstractElastic, jr.Stateful, jr.Energetic):
+class Maxwell(jr.AbstractElastic, jr.protocols.Stateful, jr.protocols.Energetic):
     """A spring and a damper in series, twisting: the spring's torque relaxes by exp(-k t/c)."""
 
     stiffness: jax.Array = jr.parameter("N*m/rad", positive=True)
@@ -82,7 +82,7 @@ def test_a_users_maxwell_element(solver, step):
 def test_relaxation_of_a_held_twist():
     """Ends held apart by 0.01 rad: the torque falls as exp(-k t/c)."""
 
-    class Held(jr.AbstractMotion):
+    class Held(jr.profiles.AbstractMotion):
         angle: jax.Array = jr.parameter("rad")
 
         def position(self, t):
@@ -110,7 +110,7 @@ def test_relaxation_of_a_held_twist():
 def test_states_of_stacked_elements_are_kept_apart():
     """Three of a kind, of two states each, with different numbers and starts: each its own line."""
 
-    class Double(jr.AbstractElastic, jr.Stateful):
+    class Double(jr.AbstractElastic, jr.protocols.Stateful):
         """Two Maxwell elements side by side, the second with half the damping."""
 
         stiffness: jax.Array = jr.parameter("N*m/rad")
@@ -158,7 +158,7 @@ def test_states_of_stacked_elements_are_kept_apart():
         np.testing.assert_allclose(together[f"m{i}"].forces[:, 0, 5], torque, atol=1e-8)
 
 
-class Accelerometer(jr.AbstractAttachment, jr.Stateful):
+class Accelerometer(jr.AbstractAttachment, jr.protocols.Stateful):
     """A low-pass filter of the acceleration along x, without a force."""
 
     time_constant: jax.Array = jr.parameter("s", positive=True)

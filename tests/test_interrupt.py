@@ -18,7 +18,12 @@ LOADS = {
     "spring": (jr.LinearSupport((2e4, 2e4, 2e4, 9.0, 9.0, 0.0)), "disc"),
 }
 HELD = {
-    "held": (jr.SampledTorque(jr.PI(0.1, 0.0), 5e-4, jr.SpeedError(3.0), between=False), "disc")
+    "held": (
+        jr.elements.SampledTorque(
+            jr.elements.PI(0.1, 0.0), 5e-4, jr.elements.SpeedError(3.0), between=False
+        ),
+        "disc",
+    )
 }
 
 

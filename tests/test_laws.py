@@ -20,22 +20,28 @@ CONTACTS = {"Backlash", "Backlash, smooth", "Backlash, hysteresis", "Bilinear"}
 
 # Each with a state in which nothing vanishes.
 LAWS = {
-    "KelvinVoigt": (jr.KelvinVoigt(300.0, 2.0), NONE),
-    "Progressive": (jr.Progressive([300.0, -2e4, 5e7], 2.0), NONE),
-    "TabulatedLaw": (jr.TabulatedLaw(X, F, 2.0), NONE),
-    "Backlash": (jr.Backlash(0.02, 300.0, 2.0), NONE),
-    "Backlash, smooth": (jr.Backlash(0.02, 300.0, 2.0, smoothing=0.015), NONE),
-    "Backlash, hysteresis": (jr.Backlash(0.02, 300.0, 0.5, 0.015, 0.7), NONE),
-    "Bilinear": (jr.Bilinear(300.0, 90.0, 2.0, 1.0, 0.01, 0.3), NONE),
-    "Maxwell": (jr.Maxwell(300.0, 4.0), jnp.array([0.02])),
-    "BoucWen": (jr.BoucWen(300.0, 0.2, 0.02, 1.7, 0.7, -0.2), jnp.array([0.6])),
+    "KelvinVoigt": (jr.elements.KelvinVoigt(300.0, 2.0), NONE),
+    "Progressive": (jr.elements.Progressive([300.0, -2e4, 5e7], 2.0), NONE),
+    "TabulatedLaw": (jr.elements.TabulatedLaw(X, F, 2.0), NONE),
+    "Backlash": (jr.elements.Backlash(0.02, 300.0, 2.0), NONE),
+    "Backlash, smooth": (jr.elements.Backlash(0.02, 300.0, 2.0, smoothing=0.015), NONE),
+    "Backlash, hysteresis": (jr.elements.Backlash(0.02, 300.0, 0.5, 0.015, 0.7), NONE),
+    "Bilinear": (jr.elements.Bilinear(300.0, 90.0, 2.0, 1.0, 0.01, 0.3), NONE),
+    "Maxwell": (jr.elements.Maxwell(300.0, 4.0), jnp.array([0.02])),
+    "BoucWen": (jr.elements.BoucWen(300.0, 0.2, 0.02, 1.7, 0.7, -0.2), jnp.array([0.6])),
     "CoulombClutch": (jr.CoulombClutch(8.0, jr.Ramp(0.0, 2.0, 1.0), 0.5), NONE),
     "StickSlipClutch": (
         jr.StickSlipClutch(8.0, 0.02, jr.Ramp(0.0, 2.0, 1.0), 0.3),
         jnp.array([0.019]),
     ),
     "Parallel": (
-        jr.Parallel([jr.BoucWen(90.0, 0.0, 0.01), jr.KelvinVoigt(5.0), jr.Maxwell(300.0, 4.0)]),
+        jr.elements.Parallel(
+            [
+                jr.elements.BoucWen(90.0, 0.0, 0.01),
+                jr.elements.KelvinVoigt(5.0),
+                jr.elements.Maxwell(300.0, 4.0),
+            ]
+        ),
         jnp.array([0.4, -0.01]),
     ),
 }
@@ -76,7 +82,7 @@ def test_energy_is_the_integral_of_the_force_at_rest(name):
 
 
 def test_table_is_scipys_monotone_cubic_of_the_odd_table():
-    law = jr.TabulatedLaw(X, F)
+    law = jr.elements.TabulatedLaw(X, F)
     both = np.concatenate([-np.array(X[:0:-1]), X])
     scipys = PchipInterpolator(both, np.concatenate([-np.array(F[:0:-1]), F]))
     force = jax.jit(jax.vmap(lambda x: law.force(0.0, x, 0.0, NONE)))
@@ -94,7 +100,7 @@ def test_table_is_scipys_monotone_cubic_of_the_odd_table():
 
 
 def test_progressive_is_its_polynomial():
-    law, x = jr.Progressive([300.0, -2e4, 5e7]), np.linspace(-0.03, 0.03, 7)
+    law, x = jr.elements.Progressive([300.0, -2e4, 5e7]), np.linspace(-0.03, 0.03, 7)
     force = jax.vmap(lambda x: law.force(0.0, x, 0.0, NONE))(x)
     np.testing.assert_allclose(force, 300 * x - 2e4 * x**3 + 5e7 * x**5, rtol=1e-13)
 
@@ -130,7 +136,7 @@ def driven(law, x, t, state=None):
 def test_maxwell_relaxes_and_has_its_dynamic_stiffness():
     k, c, w, amplitude = 300.0, 4.0, 60.0, 0.02
     tau = c / k
-    law = jr.Maxwell(k, c)
+    law = jr.elements.Maxwell(k, c)
     t = jnp.linspace(0.0, 0.1, 21)
     _, force = driven(law, lambda t: 0.0 * t, t, jnp.array([amplitude]))
     np.testing.assert_allclose(force, k * amplitude * np.exp(-t / tau), rtol=1e-9)
@@ -144,7 +150,7 @@ def test_maxwell_relaxes_and_has_its_dynamic_stiffness():
 def test_bouc_wen_against_scipy_and_its_loop():
     """The force of an independent integration; what a steady loop encloses is what is lost."""
     k, a, xy, n, beta, gamma = 300.0, 0.2, 0.02, 1.7, 0.7, 0.3
-    law = jr.BoucWen(k, a, xy, n, beta, gamma)
+    law = jr.elements.BoucWen(k, a, xy, n, beta, gamma)
     amplitude, w = 0.07, 10.0
 
     def rates(t, y):
@@ -176,7 +182,7 @@ def test_bouc_wen_against_scipy_and_its_loop():
 
 
 def test_bouc_wen_stiffness_before_and_after_yielding():
-    law = jr.BoucWen(300.0, 0.2, 0.02, 2.0)
+    law = jr.elements.BoucWen(300.0, 0.2, 0.02, 2.0)
     t = jnp.array([0.0, 1e-6, 0.19, 0.2])  # twisted at 1 rad/s
     _, force = driven(law, lambda t: t, t)
     np.testing.assert_allclose(force[1] / 1e-6, 300.0, rtol=1e-6)
@@ -185,8 +191,12 @@ def test_bouc_wen_stiffness_before_and_after_yielding():
 
 
 def test_parallel_adds_forces_and_keeps_states_apart():
-    parts = [jr.BoucWen(90.0, 0.0, 0.01), jr.KelvinVoigt(5.0, 0.1), jr.Maxwell(300.0, 4.0)]
-    together, state = jr.Parallel(parts), jnp.array([0.4, -0.01])
+    parts = [
+        jr.elements.BoucWen(90.0, 0.0, 0.01),
+        jr.elements.KelvinVoigt(5.0, 0.1),
+        jr.elements.Maxwell(300.0, 4.0),
+    ]
+    together, state = jr.elements.Parallel(parts), jnp.array([0.4, -0.01])
     own = [state[:1], NONE, state[1:]]
     want = sum(p.force(0.0, 0.01, 2.0, s) for p, s in zip(parts, own))
     np.testing.assert_allclose(together.force(0.0, 0.01, 2.0, state), want, rtol=1e-14)
@@ -196,14 +206,14 @@ def test_parallel_adds_forces_and_keeps_states_apart():
 
 
 def test_backlash_is_free_within_its_gap():
-    law = jr.Backlash(0.02, 300.0, 2.0)
+    law = jr.elements.Backlash(0.02, 300.0, 2.0)
     assert float(law.force(0.0, 0.0099, 5.0, NONE)) == 0.0
     assert float(law.force(0.0, -0.0099, 5.0, NONE)) == 0.0
     np.testing.assert_allclose(law.force(0.0, 0.013, 0.5, NONE), 300 * 0.003 + 2 * 0.5)
     np.testing.assert_allclose(law.force(0.0, -0.013, 0.2, NONE), -300 * 0.003 + 2 * 0.2)
     np.testing.assert_allclose(law.force(0.0, -0.013, -0.5, NONE), -300 * 0.003 - 2 * 0.5)
     # smoothed, it is the same beyond the rounding, and half in contact at the touch
-    law = jr.Backlash(0.02, 300.0, 2.0, smoothing=1e-3)
+    law = jr.elements.Backlash(0.02, 300.0, 2.0, smoothing=1e-3)
     np.testing.assert_allclose(law.force(0.0, 0.013, 0.5, NONE), 300 * 0.003 + 2 * 0.5)
     np.testing.assert_allclose(law.force(0.0, 0.01, 0.5, NONE), 300 * 1e-3 / 4 + 0.5)
     assert float(law.force(0.0, 0.0089, 0.5, NONE)) == 0.0
@@ -212,18 +222,18 @@ def test_backlash_is_free_within_its_gap():
 @pytest.mark.parametrize(
     "law",
     [
-        jr.Backlash(0.02, 300.0, 2.0),
-        jr.Backlash(0.02, 300.0, 2.0, smoothing=1e-3),
-        jr.Backlash(0.02, 300.0, 0.0, hysteresis=5.0),
-        jr.Bilinear(300.0, 0.0, 2.0),
-        jr.Bilinear(300.0, 100.0, 2.0, 9.0, hysteresis=5.0),
+        jr.elements.Backlash(0.02, 300.0, 2.0),
+        jr.elements.Backlash(0.02, 300.0, 2.0, smoothing=1e-3),
+        jr.elements.Backlash(0.02, 300.0, 0.0, hysteresis=5.0),
+        jr.elements.Bilinear(300.0, 0.0, 2.0),
+        jr.elements.Bilinear(300.0, 100.0, 2.0, 9.0, hysteresis=5.0),
     ],
 )
 def test_a_contact_pushes_or_does_nothing(law):
     x, v = np.meshgrid(np.linspace(-0.03, 0.03, 61), np.linspace(-9.0, 9.0, 37))
     f = np.asarray(jax.vmap(lambda x, v: law.force(0.0, x, v, NONE))(x.ravel(), v.ravel()))
     apart = f[np.abs(x.ravel()) < 1e-12]
-    if isinstance(law, jr.Backlash):
+    if isinstance(law, jr.elements.Backlash):
         assert np.all(apart == 0.0)
     assert np.all(f * np.sign(x.ravel()) >= 0.0)
     assert np.max(np.abs(f)) > 3.0
@@ -232,7 +242,7 @@ def test_a_contact_pushes_or_does_nothing(law):
 def test_a_face_that_is_left_quickly_lets_go():
     """2 kg leave a face that is pressed in by 1 mm, at 1 m/s, damped with 200 N·s/m: the damper held on with
     97 N at most; now the body flies off at the speed it has. Against the closed form of the motion."""
-    law = jr.Backlash(gap=0.1, stiffness=1e5, damping=200.0)
+    law = jr.elements.Backlash(gap=0.1, stiffness=1e5, damping=200.0)
     assert float(law.force(0.0, 0.05 + 1e-3, -1.0, NONE)) == 0.0
     # pressed more than the damper takes away, it is the damped spring: let go where k x + c x' = 0
     w, d = np.sqrt(1e5 / 2.0), 200.0 / 4.0
@@ -260,7 +270,7 @@ def test_restitution_of_hunt_and_crossley():
     """Speed after over speed before, by the exact first integral of `m u'' = -k u (1 + h u')`:
     `h v - log(1 + h v)` is the same for the speed in and minus the speed out."""
     h, v = 0.4, 0.8
-    law = jr.Backlash(gap=1.0, stiffness=1e6, hysteresis=h)
+    law = jr.elements.Backlash(gap=1.0, stiffness=1e6, hysteresis=h)
     out = solve_ivp(
         lambda t, y: [y[1], -float(law.force(0.0, 0.5 + y[0], y[1], NONE)) / 2.0],
         (0, 0.01), [0.0, v], rtol=1e-10, atol=1e-13, events=_left,
@@ -302,15 +312,15 @@ def test_what_slips_does_not_lose_digits_in_many_turns(name):
 
 # Derivatives: what a user would fit, and what the solver linearises.
 FITTED = {
-    "KelvinVoigt": (lambda p: jr.KelvinVoigt(p[0], p[1]), [300.0, 2.0]),
-    "Progressive": (lambda p: jr.Progressive(p[:2], p[2]), [300.0, 4e4, 2.0]),
+    "KelvinVoigt": (lambda p: jr.elements.KelvinVoigt(p[0], p[1]), [300.0, 2.0]),
+    "Progressive": (lambda p: jr.elements.Progressive(p[:2], p[2]), [300.0, 4e4, 2.0]),
     "TabulatedLaw": (
-        lambda p: jr.TabulatedLaw(jnp.concatenate([jnp.zeros(1), p[:3]]), [0, *p[3:]]),
+        lambda p: jr.elements.TabulatedLaw(jnp.concatenate([jnp.zeros(1), p[:3]]), [0, *p[3:]]),
         [0.01, 0.03, 0.05, 4.0, 7.0, 26.0],
     ),
-    "Backlash": (lambda p: jr.Backlash(*p, smoothing=3e-3), [0.02, 300.0, 2.0]),
-    "Maxwell": (lambda p: jr.Maxwell(*p), [300.0, 4.0]),
-    "BoucWen": (lambda p: jr.BoucWen(*p), [300.0, 0.2, 0.02, 1.7, 0.7, 0.2]),
+    "Backlash": (lambda p: jr.elements.Backlash(*p, smoothing=3e-3), [0.02, 300.0, 2.0]),
+    "Maxwell": (lambda p: jr.elements.Maxwell(*p), [300.0, 4.0]),
+    "BoucWen": (lambda p: jr.elements.BoucWen(*p), [300.0, 0.2, 0.02, 1.7, 0.7, 0.2]),
     "CoulombClutch": (lambda p: jr.CoulombClutch(p[0], p[1], p[2]), [8.0, 0.7, 0.5]),
     "StickSlipClutch": (lambda p: jr.StickSlipClutch(*p), [8.0, 0.02, 0.7, 0.3, 0.8]),
 }
@@ -358,25 +368,45 @@ def test_which_laws_are_marked():
 @pytest.mark.parametrize(
     "law, sentence",
     [
-        (lambda: jr.KelvinVoigt(-3.0), "phi.stiffness must be zero or positive, but is -3 N*m/rad"),
-        (lambda: jr.Maxwell(3.0, 0.0), "phi.damping must be positive, but is 0 N*m*s/rad"),
-        (lambda: jr.Progressive([]), "coefficients must hold k1 at least"),
-        (lambda: jr.TabulatedLaw([0.0, 2.0, 1.0], [0.0, 1, 2]), "displacements must increase"),
-        (lambda: jr.TabulatedLaw([1.0, 2.0], [0.0, 1]), "must begin at 0, but begin at 1 and 0"),
-        (lambda: jr.TabulatedLaw([0.0, 2.0], [0.0, 1, 2]), "must be equally long"),
-        (lambda: jr.BoucWen(3.0, 1.2, 1.0), "ratio must be at most 1, but is 1.2"),
-        (lambda: jr.BoucWen(3.0, 0.2, 1.0, 0.5), "n must be at least 1, but is 0.5"),
-        (lambda: jr.BoucWen(3.0, 0.2, 1.0, gamma=0.7), "gamma must lie between -beta and beta"),
-        (lambda: jr.Backlash(-1e-3, 3.0), "phi.gap must be zero or positive, but is -0.001 rad"),
+        (
+            lambda: jr.elements.KelvinVoigt(-3.0),
+            "phi.stiffness must be zero or positive, but is -3 N*m/rad",
+        ),
+        (lambda: jr.elements.Maxwell(3.0, 0.0), "phi.damping must be positive, but is 0 N*m*s/rad"),
+        (lambda: jr.elements.Progressive([]), "coefficients must hold k1 at least"),
+        (
+            lambda: jr.elements.TabulatedLaw([0.0, 2.0, 1.0], [0.0, 1, 2]),
+            "displacements must increase",
+        ),
+        (
+            lambda: jr.elements.TabulatedLaw([1.0, 2.0], [0.0, 1]),
+            "must begin at 0, but begin at 1 and 0",
+        ),
+        (lambda: jr.elements.TabulatedLaw([0.0, 2.0], [0.0, 1, 2]), "must be equally long"),
+        (lambda: jr.elements.BoucWen(3.0, 1.2, 1.0), "ratio must be at most 1, but is 1.2"),
+        (lambda: jr.elements.BoucWen(3.0, 0.2, 1.0, 0.5), "n must be at least 1, but is 0.5"),
+        (
+            lambda: jr.elements.BoucWen(3.0, 0.2, 1.0, gamma=0.7),
+            "gamma must lie between -beta and beta",
+        ),
+        (
+            lambda: jr.elements.Backlash(-1e-3, 3.0),
+            "phi.gap must be zero or positive, but is -0.001 rad",
+        ),
         (lambda: jr.CoulombClutch(3.0, slip_speed=0.0), "phi.slip_speed must be positive"),
         (lambda: jr.StickSlipClutch(3.0, 1e-3, elastic_share=1.0), "elastic_share must be below 1"),
         (lambda: jr.CoulombClutch(3.0, "soon"), "phi.engagement.level must be a number"),
-        (lambda: jr.Parallel(()), "parts must hold one law at least"),
+        (lambda: jr.elements.Parallel(()), "parts must hold one law at least"),
         (
-            lambda: jr.Parallel([jr.KelvinVoigt(1.0), jr.Maxwell(-3.0, 1.0)]),
+            lambda: jr.elements.Parallel(
+                [jr.elements.KelvinVoigt(1.0), jr.elements.Maxwell(-3.0, 1.0)]
+            ),
             "phi.parts.1.stiffness must be positive, but is -3 N*m/rad",
         ),
-        (lambda: jr.Parallel([jr.KelvinVoigt(1.0), 3.0]), "phi.parts.1 must be made by"),
+        (
+            lambda: jr.elements.Parallel([jr.elements.KelvinVoigt(1.0), 3.0]),
+            "phi.parts.1 must be made by",
+        ),
         (lambda: 3.0, "phi must be made by"),
     ],
 )

@@ -31,9 +31,9 @@ def machine():
     """An overhung disc on a shaft with mass, in supports that differ along x and y."""
     return jr.Machine.in_line(
         {
-            "left": jr.Node(),
+            "left": jr.elements.Node(),
             "shaft": jr.FiniteElementShaft(0.5, 0.03, elements=2),
-            "right": jr.Node(),
+            "right": jr.elements.Node(),
             "stub": jr.Shaft(0.2, 0.03),
             "disc": jr.Rotor(8.0, 0.08, 0.05),
         },
@@ -182,7 +182,7 @@ def test_orbits_in_space(machine, model, found):
 def geared():
     """A pinion turns a wheel, which turns a fan; a branch leaves the wheel too."""
     disc = jr.Rotor(2.0, 0.012, 0.008)
-    mesh = jr.KelvinVoigt(1e8, 10.0)
+    mesh = jr.elements.KelvinVoigt(1e8, 10.0)
     return jr.Machine(
         {
             "motor": jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
@@ -230,7 +230,7 @@ def test_gears_join_no_axis_to_another_and_branches_have_a_lane():
 def test_a_rotor_of_some_length_is_straight_between_its_ends():
     ends = jr.Rotor(2.0, 0.012, 0.008, ends=(0.03, 0.02))
     machine = jr.Machine.in_line(
-        {"a": jr.Node(), "s": jr.FiniteElementShaft(0.4, 0.02, elements=1), "d": ends}
+        {"a": jr.elements.Node(), "s": jr.FiniteElementShaft(0.4, 0.02, elements=1), "d": ends}
     )
     where = deflection.places(machine)
     amplitudes = np.zeros((2, 6), complex)
@@ -253,7 +253,7 @@ def unbalance():
     w = np.linspace(1.0, 200.0, 200)
     x = 1e-4 * w**2 * oscillator(w)
     values = np.stack([x, -1j * x, 3.0 * x], axis=1)
-    return jr.FrequencyResponse(
+    return jr.linear.FrequencyResponse(
         jnp.asarray(w),
         jnp.asarray(values),
         ("d.x", "d.y", "d.psi"),
@@ -267,7 +267,7 @@ def unbalance():
 def receptance():
     w = np.geomspace(1.0, 1000.0, 300)
     values = np.stack([oscillator(w), oscillator(w, 300.0)], axis=1)[:, None]
-    return jr.FrequencyResponse(
+    return jr.linear.FrequencyResponse(
         jnp.asarray(w), jnp.asarray(values), ("d.x",), ("d.x", "d.psi"), "receptance", ("m",)
     )
 
@@ -323,7 +323,7 @@ def test_bode_of_a_frequency_response(receptance):
 )
 def test_units_of_a_response(receptance, kind, given, words):
     w, values = receptance.frequencies, receptance.values[:, :, :1]
-    one = jr.FrequencyResponse(w, values, ("a.b",), ("d.y",), kind, (given,))
+    one = jr.linear.FrequencyResponse(w, values, ("a.b",), ("d.y",), kind, (given,))
     assert plot.bode(one).axes[0].get_ylabel() == words
 
 

@@ -216,7 +216,7 @@ def test_a_rotor_rests_where_its_supports_stand():
 def test_a_speed_dependent_support(name):
     stiffness, damping = TABLES[name]
     support = jr.SpeedDependentSupport(SPEEDS, stiffness, damping)
-    assert not isinstance(support, jr.Energetic)
+    assert not isinstance(support, jr.protocols.Energetic)
 
     def full(table, at):
         flat = table.reshape(3, -1)

@@ -21,7 +21,7 @@ from jaxrotor.sensors import quantities as q
 from jaxrotor.simulation.response import RunInfo
 
 
-class Given(jr.AbstractSensor):
+class Given(jr.sensors.AbstractSensor):
     """Sees what it is told."""
 
     values: Array = eqx.field(converter=lambda x: jnp.asarray(x, float))
@@ -342,7 +342,7 @@ def test_twist_of_geared_lines():
             "end": jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
             "shaft": jr.Shaft(0.4, 0.02),
             "a": jr.Rotor(2.0, 0.02, 0.015),
-            "mesh": jr.GearMesh([0.05, 0.1], jr.KelvinVoigt(1e7, 1e3)),
+            "mesh": jr.GearMesh([0.05, 0.1], jr.elements.KelvinVoigt(1e7, 1e3)),
             "b": jr.Rotor(2.0, 0.02, 0.015),
         },
         {"shaft": ("end", "a"), "mesh": ("a", "b")},
@@ -532,7 +532,7 @@ def judged(p):
     measures = [
         *of_one_signal(torque, start=0.05, stop=0.3905),
         PassageAmplitude(q.Radial("rotor"), "rotor", 90.0, 180.0),
-        PassageAmplitude(jr.ProximityProbe("rotor", 0.3), "rotor", 90.0, 180.0, 40.0),
+        PassageAmplitude(jr.sensors.ProximityProbe("rotor", 0.3), "rotor", 90.0, 180.0, 40.0),
         PeakValue(q.BearingForce("support")),
         PeakValue(q.ShaftStress("shaft")),
         FatigueDamage(q.ShaftStress("shaft", "shear"), 5.0, 1e8),
@@ -604,7 +604,7 @@ def test_mass_of_shafts_with_mass(kind):
         {
             "left": jr.SelfAligningBearing(1.5, 1e6, 100.0),
             "shaft": kind([0.3, 0.2], [0.03, 0.04], 0.01, elements=3),
-            "node": jr.Node(),
+            "node": jr.elements.Node(),
             "more": kind(0.1, 0.02, elements=2),
             "body": jr.RigidBody(3.0, [0.01, 0.02, 0.025], [0.01, 0.0, 0.0]),
         },

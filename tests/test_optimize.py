@@ -9,11 +9,11 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 import jaxrotor as jr
-from jaxrotor.identification.bench import Bench
-from jaxrotor.identification.space import Space
 from jaxrotor.optimization import experiment
 from jaxrotor.optimization.augmented_lagrangian import Layout, tell
 from jaxrotor.optimization.problem import pose
+from jaxrotor.search.instrumented import Instrumented
+from jaxrotor.search.space import Space
 from jaxrotor.search.unknown import expanded
 
 INERTIA, DAMPING, STIFFNESS = 0.004, 0.15, 70.0
@@ -47,7 +47,7 @@ def numbers(m):
 
 def judged(function):
     """A function of these four numbers as one of the machine."""
-    return jr.AsBuilt().measure(lambda m: function(*numbers(m)))
+    return jr.optimization.NoRun().measure(lambda m: function(*numbers(m)))
 
 
 def bowl(a, b, c, p):
@@ -95,7 +95,7 @@ def by_scipy(function, constraints, bounds, start=(1.0, 1.0, 1.0)):
     return found
 
 
-def place(found: jr.Optimum):
+def place(found: jr.optimization.Optimum):
     return np.array([found.values[path] for path in PATHS]) / SIZES
 
 
@@ -201,7 +201,7 @@ def test_minimax():
 def test_worst_and_mean_of_a_batch():
     """Machines whose stiffness is up to a fifth off: the best damping."""
     factors = np.array([0.8, 0.9, 1.0, 1.1, 1.2])
-    batch = jr.AsBuilt(jr.Variations({PATHS[0]: factors}))
+    batch = jr.optimization.NoRun(jr.Variations({PATHS[0]: factors}))
 
     def height(a, b, c, p):
         return 1 / ((a - 1.05) ** 2 + 0.3 * b**2) + 3 * b + a
@@ -309,11 +309,11 @@ def test_other_numbers_need_no_new_program(caplog):
     assert not [words for words in compiled if "tell" in words], compiled
 
 
-def run(t_end=0.1, rate=400.0, **more) -> jr.Transient:
+def run(t_end=0.1, rate=400.0, **more) -> jr.optimization.SimulatedRun:
     """After a blow of 0.2 N*m*s on the rotor."""
     still = jnp.zeros((2, 6))
     blown = jr.State(still, still.at[1, 5].set(5.0), jnp.array([0.0, -5.0]))
-    return jr.Transient(
+    return jr.optimization.SimulatedRun(
         t_end, rate, initial=blown, **dict(step=1 / rate, solver=jr.ETD4RK()) | more
     )
 
@@ -327,12 +327,12 @@ def test_what_shares_an_experiment_runs_once(monkeypatch):
 
     simulate = experiment.simulate
     monkeypatch.setattr(experiment, "simulate", counted)
-    bench = Bench(MACHINE, {})
+    bench = Instrumented(MACHINE, {})
     space = Space.of(bench, expanded(POSITIVE[:2], MACHINE))
 
     def runs(first, second):
-        measured = first.measure(jr.RootMeanSquare(jr.Twist("end", "disc")))
-        held = second.measure(jr.PeakValue(jr.Signal("damper", "torque"))) <= 1.0
+        measured = first.measure(jr.objectives.RootMeanSquare(jr.sensors.Twist("end", "disc")))
+        held = second.measure(jr.objectives.PeakValue(jr.sensors.Signal("damper", "torque"))) <= 1.0
         problem = pose(bench, space, [measured, held], False)
         made.clear()
         jax.eval_shape(problem.vector, jnp.zeros(2))
@@ -345,21 +345,21 @@ def test_what_shares_an_experiment_runs_once(monkeypatch):
 def test_the_slope_of_a_run_with_constraints():
     """Minimax of two levels, an equation and two bounds, through a run; in both modes, by differences."""
     one = run()
-    torque = jr.Signal("damper", "torque")
-    twist = jr.Twist("end", "disc")
+    torque = jr.sensors.Signal("damper", "torque")
+    twist = jr.sensors.Twist("end", "disc")
 
     def levels(response):
         return jnp.stack(
-            [jr.RootMeanSquare(s)(response) * w for s, w in ((twist, 100), (torque, 1))]
+            [jr.objectives.RootMeanSquare(s)(response) * w for s, w in ((twist, 100), (torque, 1))]
         )
 
     criteria = [
         one.measure(levels),
-        one.measure(jr.PeakValue(torque)) <= 3.0,
-        (one.measure(jr.Integral(twist, power=2)) + 1e-6 * PRODUCT) >= 1e-3,
+        one.measure(jr.objectives.PeakValue(torque)) <= 3.0,
+        (one.measure(jr.objectives.Integral(twist, power=2)) + 1e-6 * PRODUCT) >= 1e-3,
         BALL.equal_to(2.0),
     ]
-    bench = Bench(MACHINE, {})
+    bench = Instrumented(MACHINE, {})
     space = Space.of(bench, expanded(BOXED, MACHINE))
     layout = Layout((2, 1, 1, 1), ("<=", ">=", "=="))
     x = jnp.array([0.1, -0.2, 0.3, 1.1])
@@ -380,7 +380,7 @@ def test_the_slope_of_a_run_with_constraints():
 def test_a_run_by_an_adaptive_solver():
     """Forward mode on the way, reverse mode for the sensitivities: each with the adjoint that it needs."""
     level = run(solver=diffrax.Tsit5(), step=5e-4).measure(
-        jr.RootMeanSquare(jr.Twist("end", "disc"))
+        jr.objectives.RootMeanSquare(jr.sensors.Twist("end", "disc"))
     )
 
     def designed(inertia):
@@ -441,7 +441,7 @@ def test_bounds_that_exclude_one_another():
         ((["damper.mass"], BOWL), "mass"),
         ((["ring.mass"], BOWL), "`ring.mass`"),
         ((POSITIVE, 3.0), "must be made by an experiment's .* but is 3.0 .float."),
-        ((POSITIVE, jr.TotalMass), "must be made by an experiment's .*TotalMass"),
+        ((POSITIVE, jr.objectives.TotalMass), "must be made by an experiment's .*TotalMass"),
         ((POSITIVE, BOWL, [BALL]), "a constraint is written `criterion <= limit`, but one is"),
         ((POSITIVE, BOWL, [True]), "a constraint is written `criterion <= limit`, but one is True"),
     ],
@@ -477,12 +477,14 @@ def test_wrong_limits_and_weights():
     with pytest.raises(jr.InputError, match="weighed by a finite number, but by inf"):
         np.inf * BOWL
     with pytest.raises(jr.InputError, match='over must be "worst" or "mean", but is "best"|best'):
-        jr.AsBuilt().measure(jr.TotalMass(), "best")
+        jr.optimization.NoRun().measure(jr.objectives.TotalMass(), "best")
     with pytest.raises(jr.InputError, match="machine must be a Machine, but is 'x'"):
         jr.optimize("x", POSITIVE, BOWL)
     with pytest.raises(jr.InputError, match="mass"):
         jr.optimize(
             MACHINE,
             POSITIVE,
-            jr.AsBuilt(jr.Variations({"damper.mass": [1.0]})).measure(jr.TotalMass()),
+            jr.optimization.NoRun(jr.Variations({"damper.mass": [1.0]})).measure(
+                jr.objectives.TotalMass()
+            ),
         )

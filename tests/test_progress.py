@@ -13,7 +13,9 @@ def test_lines_where_stderr_is_a_file(monkeypatch, capfd):
     loads = {
         "pulses": (jr.Torque(jr.PulseTrain(0.011, 0.003, 1.0, count=40)), "disc"),
         "held": (
-            jr.SampledTorque(jr.PI(0.1, 0.0), 5e-4, jr.SpeedError(3.0), between=False),
+            jr.elements.SampledTorque(
+                jr.elements.PI(0.1, 0.0), 5e-4, jr.elements.SpeedError(3.0), between=False
+            ),
             "disc",
         ),
     }

@@ -294,7 +294,7 @@ def test_run_01_peak_of_a_run_up(alpha, zeta, t_peak, peak):
 # CPL-01: the spin is modulated, phi = W t + a sin(nu t), and the whirl answers in sidebands.
 
 
-class Modulated(jr.AbstractMotion):
+class Modulated(jr.profiles.AbstractMotion):
     mean: jax.Array = jr.parameter("rad/s")
     depth: jax.Array = jr.parameter("rad")
     frequency: jax.Array = jr.parameter("rad/s")
@@ -473,7 +473,7 @@ def test_cpl_05_power_balance_at_every_instant(two_rotor):
                     own = ends[0] if part.small_tilts else motions[name]
                     total += part.kinetic_energy(*own)
                     total += part.height_energy(own[0], full.gravity)
-                if isinstance(part, jr.Energetic):
+                if isinstance(part, jr.protocols.Energetic):
                     total += part.energy(0.0, ends, None)
             return total
 
@@ -485,7 +485,7 @@ def test_cpl_05_power_balance_at_every_instant(two_rotor):
                 None,
             )
             for name, part in full.elements().items()
-            if isinstance(part, jr.Energetic)
+            if isinstance(part, jr.protocols.Energetic)
         ]
         return jax.jvp(energy, (motions,), (rates,))[1], jnp.stack(lost)
 

@@ -235,10 +235,10 @@ def test_ragged_file(tmp_path):
 
 def test_series_and_records_refuse():
     with pytest.raises(jr.InputError, match="as many values as instants"):
-        jr.Series(T, VALUES[:-1])
+        jr.sensors.Series(T, VALUES[:-1])
     with pytest.raises(jr.InputError, match="must be a Series"):
         jr.Record({"a": VALUES})
     with pytest.raises(jr.InputError, match="holds no signal"):
         jr.Record({})
     with pytest.raises(jr.InputError, match="instants must be a rising list"):
-        jr.angle_of([0.1, 0.1, 0.2, 0.3, 0.4], 1)
+        jr.sensors.angle_of([0.1, 0.1, 0.2, 0.3, 0.4], 1)

@@ -97,7 +97,7 @@ def values(tree, shapes, at):
     def function(x):
         parts = [p.reshape(s.shape) for p, s in zip(jnp.split(x, ends), shapes)]
         own = jax.tree.unflatten(tree, parts)
-        if isinstance(own, jr.AbstractMotion):
+        if isinstance(own, jr.profiles.AbstractMotion):
             return jnp.stack(jax.vmap(lambda t: differentiate(own.position, t))(at))
         return jax.vmap(own.value)(at)
 
@@ -251,7 +251,7 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG)
 def test_wrong_schedules_are_refused(words):
     given = WRONG[words]
-    machine = motion_machine if isinstance(given, jr.AbstractMotion) else torque_machine
+    machine = motion_machine if isinstance(given, jr.profiles.AbstractMotion) else torque_machine
     with pytest.raises(jr.InputError, match=words):
         jr.simulate(machine(given), 0.1, 10.0, solver=diffrax.Dopri8())
 

@@ -29,24 +29,24 @@ def whirl():
 def test_what_each_sensor_sees(whirl):
     t = np.asarray(whirl.t)
     angle = 0.3
-    seen = jr.ProximityProbe("d", angle).signal(whirl)
+    seen = jr.sensors.ProximityProbe("d", angle).signal(whirl)
     turning = np.exp(1j * W * t)  # y lags x by a quarter turn: along `angle` by that much
     np.testing.assert_allclose(seen, (X * turning * np.exp(-1j * angle)).real, atol=1e-6 * abs(X))
-    acceleration = jr.Accelerometer("d", (0, 2, 0)).signal(whirl)
+    acceleration = jr.sensors.Accelerometer("d", (0, 2, 0)).signal(whirl)
     np.testing.assert_allclose(
         acceleration, -(W**2) * (X * turning).imag, atol=1e-6 * W**2 * abs(X)
     )
-    np.testing.assert_allclose(jr.Tachometer("d").signal(whirl), W, rtol=1e-9)
-    np.testing.assert_allclose(jr.Encoder("d").signal(whirl), W * t, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(jr.sensors.Tachometer("d").signal(whirl), W, rtol=1e-9)
+    np.testing.assert_allclose(jr.sensors.Encoder("d").signal(whirl), W * t, rtol=1e-9, atol=1e-9)
 
 
 def test_runout_turns_with_the_shaft(whirl):
     """A scratch of known shape passes under the probe, whose angle shifts it in time."""
     t = np.asarray(whirl.t)
     runout = [[3e-6, 1e-6], [0.0, 2e-6]]
-    found = jr.ProximityProbe("d", 0.7, runout).signal(whirl) - jr.ProximityProbe("d", 0.7).signal(
-        whirl
-    )
+    found = jr.sensors.ProximityProbe("d", 0.7, runout).signal(whirl) - jr.sensors.ProximityProbe(
+        "d", 0.7
+    ).signal(whirl)
     a = W * t - 0.7
     expected = 3e-6 * np.cos(a) + 1e-6 * np.sin(a) + 2e-6 * np.sin(2 * a)
     np.testing.assert_allclose(found, expected, atol=1e-13)
@@ -55,7 +55,7 @@ def test_runout_turns_with_the_shaft(whirl):
 def test_chain(whirl):
     """Sensitivity, bias and delay; values between the samples; NaN where the run does not reach."""
     channel = jr.Channel(
-        jr.ProximityProbe("d", 0.0), unit="V", sensitivity=8e3, bias=-9.0, delay=1.3e-3
+        jr.sensors.ProximityProbe("d", 0.0), unit="V", sensitivity=8e3, bias=-9.0, delay=1.3e-3
     )
     times = np.array([0.0512, 0.1037, 0.1999])
     expected = -9.0 + 8e3 * (X * np.exp(1j * W * (times - 1.3e-3))).real
@@ -98,34 +98,34 @@ def test_noise():
     """Size, correlation, converter steps; the same key gives the same noise."""
     key = jax.random.key(3)
     clean = jnp.zeros(200_000)
-    white = np.asarray(jr.Noise(0.2).added(key, clean, 1e-3))
+    white = np.asarray(jr.sensors.Noise(0.2).added(key, clean, 1e-3))
     assert white.std() == pytest.approx(0.2, rel=0.01)
     assert abs(white[1:] @ white[:-1] / (white @ white)) < 0.01
-    slow = np.asarray(jr.Noise(0.2, correlation_time=5e-3).added(key, clean, 1e-3))
+    slow = np.asarray(jr.sensors.Noise(0.2, correlation_time=5e-3).added(key, clean, 1e-3))
     assert slow.std() == pytest.approx(0.2, rel=0.02)
     assert slow[1:] @ slow[:-1] / (slow @ slow) == pytest.approx(np.exp(-0.2), rel=0.01)
-    stepped = np.asarray(jr.Noise(0.2, quantum=0.5).added(key, clean, 1e-3))
+    stepped = np.asarray(jr.sensors.Noise(0.2, quantum=0.5).added(key, clean, 1e-3))
     np.testing.assert_array_equal(stepped, np.round(white / 0.5) * 0.5)
-    np.testing.assert_array_equal(white, jr.Noise(0.2).added(key, clean, 1e-3))
+    np.testing.assert_array_equal(white, jr.sensors.Noise(0.2).added(key, clean, 1e-3))
 
 
 def test_pulses(whirl):
     """60 marks at a constant speed: instants, and back to angle and speed."""
-    instants = jr.pulse_times(whirl, "d", 60)
+    instants = jr.sensors.pulse_times(whirl, "d", 60)
     np.testing.assert_allclose(np.diff(instants), 2 * np.pi / 60 / W, rtol=1e-7)
     np.testing.assert_allclose(instants[0], 2 * np.pi / 60 / W, rtol=1e-7)
-    angle = jr.angle_of(instants, 60)
+    angle = jr.sensors.angle_of(instants, 60)
     np.testing.assert_allclose(np.diff(angle.values) / np.diff(angle.t), W, rtol=1e-7)
-    np.testing.assert_allclose(jr.speed_of(instants, 60).values, W, rtol=1e-7)
+    np.testing.assert_allclose(jr.sensors.speed_of(instants, 60).values, W, rtol=1e-7)
 
 
 def test_sensors_refuse(whirl):
     for sensor, words in [
-        (jr.Tachometer("disc"), "did you mean|no element"),
-        (jr.Tachometer("bearing"), "is no station"),
-        (jr.TorqueSensor("bearing"), "has no torque"),
+        (jr.sensors.Tachometer("disc"), "did you mean|no element"),
+        (jr.sensors.Tachometer("bearing"), "is no station"),
+        (jr.sensors.TorqueSensor("bearing"), "has no torque"),
     ]:
         with pytest.raises(jr.InputError, match=words):
             sensor.signal(whirl)
     with pytest.raises(jr.InputError, match="pulses must be a whole number"):
-        jr.pulse_times(whirl, "d", 0)
+        jr.sensors.pulse_times(whirl, "d", 0)

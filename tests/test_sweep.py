@@ -35,7 +35,7 @@ class Stiffening(jr.AbstractAttachment):
         return (jnp.concatenate([pull, jnp.zeros(4)]),)
 
 
-class LargestAngle(jr.AbstractMeasure):
+class LargestAngle(jr.objectives.AbstractMeasure):
     """A user's own: it wants the whole response."""
 
     unit: str = eqx.field(static=True, default="rad")
@@ -71,11 +71,11 @@ OWN = {
     "spring.k": np.array([1e3, 2e3, 0.0, 4e3, 1e3]),
 }
 OUTPUTS = {
-    "peak": jr.PeakValue(jr.Radial("disc"), start=0.01),
-    "rms": jr.RootMeanSquare(jr.ProximityProbe("disc", 0.0)),
-    "x": jr.TimeSeries(jr.ProximityProbe("disc", 0.0), every=7),
-    "over": jr.OverSpeed(jr.Radial("disc"), "disc", [0.0, 10, 60, 120, 160]),
-    "mass": jr.TotalMass(),
+    "peak": jr.objectives.PeakValue(jr.sensors.Radial("disc"), start=0.01),
+    "rms": jr.objectives.RootMeanSquare(jr.sensors.ProximityProbe("disc", 0.0)),
+    "x": jr.sweeps.TimeSeries(jr.sensors.ProximityProbe("disc", 0.0), every=7),
+    "over": jr.sweeps.OverSpeed(jr.sensors.Radial("disc"), "disc", [0.0, 10, 60, 120, 160]),
+    "mass": jr.objectives.TotalMass(),
 }
 
 
@@ -94,7 +94,9 @@ def single(machine, values, row, outputs, **run):
     own = placed(machine, {path: jnp.asarray(x[row]) for path, x in values.items()})
     response = jr.simulate(own, **{**RUN, **run})
     return {
-        name: np.asarray(one(own if isinstance(one, jr.AbstractMachineMeasure) else response))
+        name: np.asarray(
+            one(own if isinstance(one, jr.objectives.AbstractMachineMeasure) else response)
+        )
         for name, one in outputs.items()
     }
 
@@ -225,8 +227,8 @@ def test_a_line_without_a_drive_is_planned_for_the_speed_that_it_reaches():
     run = dict(t_end=0.25, sample_rate=200.0, initial="undeformed")
     cases = {"torque.value.level": np.array([2.0, 18.0, 9.0])}
     outputs = {
-        "speed": jr.PeakValue(jr.Tachometer("rotor")),
-        "x": jr.TimeSeries(jr.ProximityProbe("rotor", 0.0)),
+        "speed": jr.objectives.PeakValue(jr.sensors.Tachometer("rotor")),
+        "x": jr.sweeps.TimeSeries(jr.sensors.ProximityProbe("rotor", 0.0)),
     }
     found = jr.sweep(machine, cases, outputs, **run)
     assert not np.any(found["failure"] != "")
@@ -246,7 +248,7 @@ def test_a_state_brings_the_speed_that_is_planned_for():
     v[0, 5] = 400.0
     state = jr.State(np.zeros((1, 6)), v)
     cases = jr.Cases({"rotor.unbalance.eccentricity": [1e-4, 2e-4]})
-    outputs = {"peak": jr.PeakValue(jr.Radial("rotor"))}
+    outputs = {"peak": jr.objectives.PeakValue(jr.sensors.Radial("rotor"))}
     setup, steps = _set_up(
         machine, cases, outputs, 0.05, 200.0, state, None, None, None, 1e-7, 1e-10
     )
@@ -258,10 +260,10 @@ def test_a_state_brings_the_speed_that_is_planned_for():
 
 
 def test_a_sampled_controller(plan):
-    loop = jr.SampledTorque(jr.PD(20.0, 0.3), 0.002, delay=0.001)
+    loop = jr.elements.SampledTorque(jr.elements.PD(20.0, 0.3), 0.002, delay=0.001)
     machine = disc_on_a_shaft(loop=(loop, ("disc", "motor")))
     cases = {"loop.controller.stiffness": np.array([0.0, 20.0, 40.0])}
-    outputs = {"twist": jr.TimeSeries(jr.Tachometer("disc")), "own": LargestAngle()}
+    outputs = {"twist": jr.sweeps.TimeSeries(jr.sensors.Tachometer("disc")), "own": LargestAngle()}
     found = jr.sweep(machine, cases, outputs, step=plan, **RUN)
     assert np.ptp(found["twist"].values, axis=0).max() > 1e-3
     for row in range(3):
@@ -275,13 +277,13 @@ def test_a_part_that_is_not_smooth():
     machine = jr.Machine.in_line(
         {
             "motor": jr.PrescribedSpin(jr.CosineRamp(20.0, 0.05)),
-            "joint": jr.Coupling(phi=jr.Backlash(0.02, 800.0, 0.5)),
+            "joint": jr.Coupling(phi=jr.elements.Backlash(0.02, 800.0, 0.5)),
             "disc": jr.Rotor(1.0, 0.02, 0.02),
         },
         attachments={"brake": (jr.Torque(-3.0), "disc")},
     )
     cases = {"joint.phi.gap": np.array([0.01, 0.02, 0.1])}
-    outputs = {"speed": jr.TimeSeries(jr.Tachometer("disc"))}
+    outputs = {"speed": jr.sweeps.TimeSeries(jr.sensors.Tachometer("disc"))}
     found = jr.sweep(machine, cases, outputs, **RUN)
     assert found.attrs["solver"] == "Rosenbrock" and not np.any(found["failure"] != "")
     # an implicit solver calls LAPACK at each step: shared among devices of a processor, it would hang
@@ -303,7 +305,7 @@ def test_measures_of_machines_need_no_run(machine, monkeypatch):
 
     monkeypatch.setattr(batch, "_states", refuse)
     masses = np.array([1.0, 2.0, 3.5])
-    found = jr.sweep(machine, {"disc.mass": masses}, {"mass": jr.TotalMass()})
+    found = jr.sweep(machine, {"disc.mass": masses}, {"mass": jr.objectives.TotalMass()})
     # a shaft without mass of its own; the motor has none
     np.testing.assert_allclose(np.diff(found["mass"]), np.diff(masses), rtol=1e-12)
 
@@ -360,7 +362,7 @@ def test_whirl_is_periodic_or_there_is_none():
     )
     cases = {"spring.k": np.array([1e3, 1e300, 2e3])}
     plan = jr.Plan(4, 6, 50 * np.pi, 100 * np.pi, 0.0, 0.0)
-    outputs = {"x": jr.TimeSeries(jr.ProximityProbe("disc", 0.0))}
+    outputs = {"x": jr.sweeps.TimeSeries(jr.sensors.ProximityProbe("disc", 0.0))}
     found = jr.sweep(machine, cases, outputs, step=plan, **RUN | dict(initial="steady"))
     assert "no periodic whirl was found" in str(found["failure"].values[1])
     assert found["failed_at"].values[1] == 0.0
@@ -445,7 +447,7 @@ def test_bad_ties_are_told():
 
 
 ONE = {"disc.mass": [1.0, 2.0]}
-MASS = {"mass": jr.TotalMass()}
+MASS = {"mass": jr.objectives.TotalMass()}
 
 
 @pytest.mark.parametrize(
@@ -469,11 +471,19 @@ MASS = {"mass": jr.TotalMass()}
         ),
         ([1.0], {}, "cases: must be a mapping"),
         (ONE, dict(outputs={}), "outputs: name one at least"),
-        (ONE, dict(outputs=[jr.TotalMass()]), "outputs must be a mapping"),
+        (ONE, dict(outputs=[jr.objectives.TotalMass()]), "outputs must be a mapping"),
         (ONE, dict(outputs={"m": "mass"}), "`m` must be a measure"),
-        (ONE, dict(outputs={"failure": jr.TotalMass()}), "`failure` is taken by the sweep itself"),
-        (ONE, dict(outputs={"disc.mass": jr.TotalMass()}), "is taken by the sweep itself"),
-        (ONE, dict(outputs={"a/b": jr.TotalMass()}), "is no name of an output"),
+        (
+            ONE,
+            dict(outputs={"failure": jr.objectives.TotalMass()}),
+            "`failure` is taken by the sweep itself",
+        ),
+        (
+            ONE,
+            dict(outputs={"disc.mass": jr.objectives.TotalMass()}),
+            "is taken by the sweep itself",
+        ),
+        (ONE, dict(outputs={"a/b": jr.objectives.TotalMass()}), "is no name of an output"),
         (ONE, dict(chunk=0), "chunk must be a whole number, 1 at least, but is 0"),
         (ONE, dict(chunk=2.0), "chunk must be a whole number, 1 at least, but is 2.0"),
         (ONE, dict(client=3), "client must be a distributed.Client of Dask, but is 3"),
@@ -483,12 +493,18 @@ MASS = {"mass": jr.TotalMass()}
         (ONE, dict(rtol="tight"), "rtol must be a number"),
         (
             ONE,
-            dict(outputs={"p": jr.PeakValue(jr.Radial("disc"))}, initial="resting"),
+            dict(
+                outputs={"p": jr.objectives.PeakValue(jr.sensors.Radial("disc"))}, initial="resting"
+            ),
             'initial must be "static", "running", "steady"',
         ),
         (
             ONE,
-            dict(outputs={"p": jr.PeakValue(jr.Radial("dics"))}, initial="undeformed", step=1e-3),
+            dict(
+                outputs={"p": jr.objectives.PeakValue(jr.sensors.Radial("dics"))},
+                initial="undeformed",
+                step=1e-3,
+            ),
             "dics",
         ),
     ],
@@ -511,10 +527,12 @@ def test_parameters_that_bound_each_other_are_checked_together():
     outer = [p for p in machine.parameters() if p.startswith("shaft.") and "diameter" in p]
     inner, outer = sorted(outer, key=lambda p: "inner" not in p)[:2]
     wide = {outer: [0.03, 0.04], inner: [0.02, 0.03]}
-    found = jr.sweep(machine, wide, {"mass": jr.TotalMass()})
+    found = jr.sweep(machine, wide, {"mass": jr.objectives.TotalMass()})
     assert found["mass"].shape == (2,)
     with pytest.raises(jr.InputError, match="case 2: "):
-        jr.sweep(machine, {outer: [0.03, 0.02], inner: [0.02, 0.03]}, {"mass": jr.TotalMass()})
+        jr.sweep(
+            machine, {outer: [0.03, 0.02], inner: [0.02, 0.03]}, {"mass": jr.objectives.TotalMass()}
+        )
 
 
 # Gradients

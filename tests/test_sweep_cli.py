@@ -438,7 +438,7 @@ def test_all_faults_at_once_and_no_section(tmp_path, monkeypatch, capsys):
 PATHS = ("disc.mass", "disc.polar_inertia", "disc.transverse_inertia")
 
 
-class Ishigami(jr.AbstractMachineMeasure):
+class Ishigami(jr.objectives.AbstractMachineMeasure):
     """sin x + a sin² y + b z⁴ sin x of three parameters, from -pi to pi where they lie between 1 and 2."""
 
     unit = "1"
@@ -448,7 +448,7 @@ class Ishigami(jr.AbstractMachineMeasure):
         return jnp.sin(x) + 7 * jnp.sin(y) ** 2 + 0.1 * z**4 * jnp.sin(x)
 
 
-class Sum(jr.AbstractMachineMeasure):
+class Sum(jr.objectives.AbstractMachineMeasure):
     unit = "kg"
 
     def __call__(self, machine):
@@ -468,7 +468,7 @@ def disc():
 def test_sobol_indices_of_known_functions():
     """Ishigami & Homma (1990): partial variances in closed form; a sum shares by its squares."""
     spread = {path: scipy.stats.uniform(1.0, 1.0) for path in PATHS}
-    found = jr.sobol_indices(
+    found = jr.sweeps.sobol_indices(
         disc(), spread, {"ishigami": Ishigami(), "sum": Sum()}, count=2048, seed=5
     )
     a, b, pi = 7.0, 0.1, np.pi
@@ -487,7 +487,7 @@ def test_sobol_indices_of_known_functions():
         np.testing.assert_allclose(own[part], np.array([1, 4, 9]) / 14, atol=0.02)
     assert found["used"].values.tolist() == [2048, 2048]
     with pytest.raises(jr.InputError, match="power of two, such as 256, but is 100"):
-        jr.sobol_indices(disc(), spread, {"sum": Sum()}, count=100)
+        jr.sweeps.sobol_indices(disc(), spread, {"sum": Sum()}, count=100)
 
 
 def test_slopes_of_all_members(sample):
@@ -496,7 +496,7 @@ def test_slopes_of_all_members(sample):
     outputs = {k: v for k, v in study.sweep.outputs.items() if k in ("squares", "weight")}
     paths = ("disc.polar_inertia", "spring.damping[5]", "spring.stiffness[5]", "disc.mass")
     cases = {p: study.sweep.cases.values[p][:5] for p in paths[:3]}
-    found = jr.local_slopes(
+    found = jr.sweeps.local_slopes(
         study.machine, cases, outputs, paths, t_end=2.0, sample_rate=500.0, chunk=3
     )
     assert found["squares"].dims == ("case", "parameter") and found.sizes["case"] == 5

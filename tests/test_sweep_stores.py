@@ -31,7 +31,7 @@ CASES, CHUNK = 40, 2
 KILLS = int(os.environ.get("SWEEP_KILLS", "5"))
 
 
-class Swing(jr.AbstractMeasure):
+class Swing(jr.objectives.AbstractMeasure):
     """A user's own, of the main program where the child is one: a worker knows it only by its code."""
 
     unit: str = eqx.field(static=True, default="m")
@@ -59,10 +59,10 @@ def asked(**changes):
             "springs.stiffness[0]": np.linspace(3e4, 6e4, CASES),
         },
         "outputs": {
-            "peak": jr.PeakValue(jr.Radial("rotor")),
-            "x": jr.TimeSeries(jr.ProximityProbe("rotor", 0.0), every=2),
+            "peak": jr.objectives.PeakValue(jr.sensors.Radial("rotor")),
+            "x": jr.sweeps.TimeSeries(jr.sensors.ProximityProbe("rotor", 0.0), every=2),
             "swing": Swing(),
-            "ring": jr.PeakValue(jr.Signal("ring", "torque")),
+            "ring": jr.objectives.PeakValue(jr.sensors.Signal("ring", "torque")),
         },
         "t_end": 0.03,
         "sample_rate": 1000.0,
@@ -311,7 +311,10 @@ def test_a_store_whose_questions_are_damaged_is_refused(tmp_path, whole, harm, p
             dict(parameters={"rotor.mass": np.ones(CASES)}),
             "holds another sweep, of different cases",
         ),
-        (dict(outputs={"peak": jr.PeakValue(jr.Radial("rotor"))}), "of different outputs"),
+        (
+            dict(outputs={"peak": jr.objectives.PeakValue(jr.sensors.Radial("rotor"))}),
+            "of different outputs",
+        ),
         (dict(speed=151.0), "of different run"),
         (dict(step=1e-3), "of different run"),
         (dict(rtol=1e-6, sample_rate=1001.0), "of different run"),

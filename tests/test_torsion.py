@@ -52,7 +52,7 @@ def test_holzers_table():
         np.testing.assert_allclose(
             sum(mode.inertia_torques.values()), 0, atol=1e-6 * np.abs(sums).max()
         )
-    words = jr.holzer_table(found[0])
+    words = jr.linear.holzer_table(found[0])
     assert "torsional 1" in words and "disc 4" in words and "shaft 3" in words
 
 
@@ -62,7 +62,7 @@ def test_torque_in_the_teeth():
         "motor": jr.Rotor(1.0, 0.3, 0.3),
         "s1": jr.Coupling([0] * 5 + [5e3]),
         "pinion": jr.Rotor(1.0, 0.02, 0.02),
-        "mesh": jr.GearMesh((0.05, 0.1), jr.KelvinVoigt(2e8)),
+        "mesh": jr.GearMesh((0.05, 0.1), jr.elements.KelvinVoigt(2e8)),
         "wheel": jr.Rotor(1.0, 0.2, 0.2),
         "s2": jr.Coupling([0] * 5 + [8e3]),
         "pump": jr.Rotor(1.0, 0.5, 0.5),
@@ -81,14 +81,17 @@ def test_torque_in_the_teeth():
     assert force * 2 * arm == pytest.approx(right, rel=1e-6)
     # the table has N·m under N·m: upon the pinion, whose inertia and the motor's ask for it
     assert mode.torques["mesh"].real == pytest.approx(left, rel=1e-6)
-    words = next(w for w in jr.holzer_table(mode).splitlines() if w.startswith("mesh"))
+    words = next(w for w in jr.linear.holzer_table(mode).splitlines() if w.startswith("mesh"))
     assert [float(x) for x in words.split()[1:]] == pytest.approx([left, force], rel=1e-5)
     within = 0.4 * mode.frequency, 0.6 * mode.frequency
-    met = [jr.interferences(machine, (2,), within, 1, shaft=shaft)[0] for shaft in (None, "pump")]
+    met = [
+        jr.linear.interferences(machine, (2,), within, 1, shaft=shaft)[0]
+        for shaft in (None, "pump")
+    ]
     # two turns of the pump's own shaft a period, at half of the frequency of its own speed
     assert [m.speed for m in met] == pytest.approx([mode.frequency / 2] * 2, rel=1e-6)
     with pytest.raises(jr.InputError, match="shaft: there is no station `pupm`"):
-        jr.interferences(machine, (2,), (1.0, 2.0), shaft="pupm")
+        jr.linear.interferences(machine, (2,), (1.0, 2.0), shaft="pupm")
 
 
 def test_forced_torsional_vibration():
@@ -189,7 +192,7 @@ def test_unbalance_behind_a_gear():
     machine = jr.Machine(
         {
             "pinion": jr.Rotor(1.0, 0.002, 0.0015, unbalance=jr.Unbalance(4e-5)),
-            "mesh": jr.GearMesh((0.05, 0.1), jr.KelvinVoigt(1e7)),
+            "mesh": jr.GearMesh((0.05, 0.1), jr.elements.KelvinVoigt(1e7)),
             "wheel": jr.Rotor(3.0, 0.02, 0.0125, unbalance=jr.Unbalance(1e-5, 0.8)),
             "b1": support,
             "b2": support,
@@ -226,18 +229,18 @@ def test_map_over_support_stiffness():
         support = jr.LinearSupport([k, 2 * k, 0, 0, 0, 0], [500.0, 500.0, 0, 0, 0, 0])
         return jr.Machine.in_line(
             {
-                "left": jr.Node(),
+                "left": jr.elements.Node(),
                 "shaft 1": jr.FiniteElementShaft(0.5, 0.05, material=steel, elements=1),
                 "disc": jr.Rotor(30.0, 0.33, 0.178),
                 "shaft 2": jr.FiniteElementShaft(0.8, 0.05, material=steel, elements=2),
-                "right": jr.Node(),
+                "right": jr.elements.Node(),
             },
             attachments={"b1": (support, "left"), "b2": (support, "right")} if k else None,
             fixed={"left": ("z",)} | options,
         )
 
     stiffness = np.array([1e5, 3e7])
-    found = jr.critical_speed_map(machine(1e6), stiffness, count=3)
+    found = jr.linear.critical_speed_map(machine(1e6), stiffness, count=3)
     assert found.supports == ("b1", "b2")
     np.testing.assert_allclose(found.actual["b1"][2], 2e6)
     for k, speeds in zip(stiffness, found.speeds):
@@ -251,20 +254,20 @@ def test_map_over_support_stiffness():
             near = jr.modes(jr.linearize(alike, speed, at="undeformed"))
             mode = min(near, key=lambda m: abs(m.frequency - speed) + 1e9 * (m.whirl <= 0))
             assert mode.whirl > 0.99 and mode.frequency == pytest.approx(speed, rel=1e-7)
-    pinned = jr.critical_speed_map(machine(1e6), [1e13], count=1).speeds[0, 0]
+    pinned = jr.linear.critical_speed_map(machine(1e6), [1e13], count=1).speeds[0, 0]
     held = machine(0, left=("x", "y", "z"), right=("x", "y"))
     assert pinned == pytest.approx(float(jr.critical_speeds(held)[1]), rel=1e-5)
     with pytest.raises(jr.InputError, match="stiffness must be finite and above 0, but holds 0"):
-        jr.critical_speed_map(machine(1e6), [0.0])
+        jr.linear.critical_speed_map(machine(1e6), [0.0])
     with pytest.raises(jr.InputError, match="supports: .*disc"):
-        jr.critical_speed_map(machine(1e6), [1e6], supports=("disc",))
+        jr.linear.critical_speed_map(machine(1e6), [1e6], supports=("disc",))
 
 
 def test_interferences():
     """Orders that meet torsional frequencies, and how far from the speeds of operation."""
     machine = five_discs()
     first = jr.torsional_modes(machine)[0].frequency
-    found = jr.interferences(machine, (1, 2), (0.4 * first, 0.48 * first), count=1)
+    found = jr.linear.interferences(machine, (1, 2), (0.4 * first, 0.48 * first), count=1)
     assert [f.order for f in found] == [2.0, 1.0]
     assert found[0].speed == pytest.approx(first / 2)
     assert found[0].separation == pytest.approx(0.5 / 0.48 - 1)
@@ -272,17 +275,17 @@ def test_interferences():
     with pytest.raises(
         jr.InputError, match="speeds must be a rising list of 2 numbers at least in rad/s"
     ):
-        jr.interferences(machine, (1,), (200.0, 100.0))
+        jr.linear.interferences(machine, (1,), (200.0, 100.0))
     pinned = jr.Machine.in_line({"d": jr.Rotor(1.0, 1.0, 1.0)}, fixed={"d": ("phi",)})
     with pytest.raises(jr.InputError, match="nothing can twist in this machine"):
-        jr.torsional(jr.linearize(pinned, 0.0))
+        jr.linear.torsional(jr.linearize(pinned, 0.0))
 
 
 def test_the_lowest_modes_of_many():
     """Shift and invert against all eigenvalues, on a shaft of 40 elements with rigid-body motions free."""
     machine = jr.Machine.in_line(
         {
-            "a": jr.Node(),
+            "a": jr.elements.Node(),
             "shaft": jr.FiniteElementShaft(1.5, 0.05, elements=40, rayleigh=(2.0, 1e-6)),
             "b": jr.Rotor(20.0, 0.2, 0.12),
         },
@@ -323,7 +326,9 @@ def test_peak_of_the_unbalance_response():
                 "d.unbalance.eccentricity": p[2],
             }
         )
-        return jnp.stack(jr.unbalance_peak(machine, "d.y", 100.0, 400.0, 31, at="undeformed"))
+        return jnp.stack(
+            jr.linear.unbalance_peak(machine, "d.y", 100.0, 400.0, 31, at="undeformed")
+        )
 
     p = np.array([k, c, e])
     forward, value = jax.jit(jax.jacfwd(lambda p: (found(p),) * 2, has_aux=True))(p)
@@ -339,4 +344,4 @@ def test_peak_of_the_unbalance_response():
     for slopes in (forward, jax.jit(jax.jacrev(found))(p)):
         np.testing.assert_allclose(slopes * p / size, expected * p / size, atol=1e-7)
     with pytest.raises(jr.InputError, match="`d.y` has no peak between 10 and 100 rad/s"):
-        jr.unbalance_peak(jeffcott(), "d.y", 10.0, 100.0, 5)
+        jr.linear.unbalance_peak(jeffcott(), "d.y", 10.0, 100.0, 5)

@@ -30,7 +30,11 @@ def slider(stiffness=2e4, gravity=-9.81):
     )
 
 
-SENSOR = {"a": jr.Channel(jr.Accelerometer("d", (0, 0, 1)), bias=0.3, noise=jr.Noise(NOISE))}
+SENSOR = {
+    "a": jr.Channel(
+        jr.sensors.Accelerometer("d", (0, 0, 1)), bias=0.3, noise=jr.sensors.Noise(NOISE)
+    )
+}
 
 
 def signal(machine):
@@ -46,8 +50,8 @@ def measured():
 
 
 def trial(measured):
-    record = jr.Record({"a": jr.Series(T, measured, "m/s^2")})
-    return jr.Trial(record, initial="undeformed", solver=SOLVER, step=STEP)
+    record = jr.Record({"a": jr.sensors.Series(T, measured, "m/s^2")})
+    return jr.MeasuredRun(record, initial="undeformed", solver=SOLVER, step=STEP)
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +119,7 @@ def test_profile_of_one_parameter_is_its_misfit(bent, measured):
 def test_posterior_of_a_linear_model(linear, exact):
     """Normal, about the estimate; the scatter of the draws is within four of its standard deviations."""
     values, covariance = exact
-    drawn = jr.posterior(linear, 250, warmup=60, seed=1)
+    drawn = jr.identification.posterior(linear, 250, warmup=60, seed=1)
     assert drawn.divergent == 0
     for i, path in enumerate(linear.paths):
         std, count = np.sqrt(covariance[i, i]), drawn.effective[path]
@@ -127,11 +131,11 @@ def test_posterior_of_a_linear_model(linear, exact):
 
 def test_posterior_that_is_bent(measured):
     """Against sums over a grid: even between its bounds, with a prior beside the data."""
-    few = jr.Record({"a": jr.Series(T[:6], measured[:6], "m/s^2")})
+    few = jr.Record({"a": jr.sensors.Series(T[:6], measured[:6], "m/s^2")})
     unknown = jr.Unknown(STIFFNESS, bounds=(1.6e4, 6e4), prior=(3e4, 1.5e4))
-    run = jr.Trial(few, initial="undeformed", solver=SOLVER, step=STEP)
+    run = jr.MeasuredRun(few, initial="undeformed", solver=SOLVER, step=STEP)
     found = jr.identify(slider(), [unknown], SENSOR, run)
-    drawn = jr.posterior(found, 220, warmup=60, seed=2)
+    drawn = jr.identification.posterior(found, 220, warmup=60, seed=2)
     grid = np.linspace(1.6e4, 6e4, 801)[1:-1]
     prior = -0.5 * ((grid - 3e4) / 1.5e4) ** 2
     one = lambda k: signal(slider(k))[:6]  # noqa: E731
@@ -162,7 +166,7 @@ LBFGS = optax.lbfgs(linesearch=optax.scale_by_backtracking_linesearch(15, store_
 def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterations):
     values, covariance = exact
     unknowns = [jr.Unknown("gravity[2]", start=-5.0), jr.Unknown("a.bias", start=1.0)]
-    stage = jr.Stage(jr.Time(), iterations, optimiser)
+    stage = jr.Stage(jr.identification.Time(), iterations, optimiser)
     found = jr.identify(slider(), unknowns, SENSOR, trial(measured), stages=[stage])
     for i, path in enumerate(found.paths):
         assert abs(found.values[path] - values[i]) < 1e-3 * np.sqrt(covariance[i, i])
@@ -185,16 +189,16 @@ def test_promise_of_a_step():
 
 def test_an_adaptive_solver_goes_both_ways(measured):
     """Forward for least squares, reverse for descent: the same slope of the cost."""
-    from jaxrotor.identification.bench import Bench
     from jaxrotor.identification.problem import in_reverse, pose, residual_and_slopes
     from jaxrotor.identification.simulated import records_and_slopes
-    from jaxrotor.identification.space import Space
+    from jaxrotor.search.instrumented import Instrumented
+    from jaxrotor.search.space import Space
 
-    few = jr.Record({"a": jr.Series(T[:8], measured[:8], "m/s^2")})
-    adaptive = jr.Trial(few, initial="undeformed", solver=diffrax.Tsit5())
-    bench = Bench(slider(), SENSOR)
+    few = jr.Record({"a": jr.sensors.Series(T[:8], measured[:8], "m/s^2")})
+    adaptive = jr.MeasuredRun(few, initial="undeformed", solver=diffrax.Tsit5())
+    bench = Instrumented(slider(), SENSOR)
     space = Space.of(bench, (jr.Unknown(STIFFNESS, start=1.8e4, positive=True),))
-    problem = pose(bench, space, [adaptive.planned(bench.machine)], jr.Time(), None)
+    problem = pose(bench, space, [adaptive.planned(bench.machine)], jr.identification.Time(), None)
     u = np.array([0.1])
     x, dx = jax.tree.map(lambda x: x[0], records_and_slopes(problem.simulated, u[None]))
     r, J = residual_and_slopes(problem, u, x, dx)
@@ -207,14 +211,14 @@ def test_refused(linear, bent, measured):
     with pytest.raises(jr.InputError, match="`d.mass`: is not looked for: name one of gravity"):
         jr.profiles(linear, ["d.mass"])
     with pytest.raises(jr.InputError, match="chains must be 2 or more, but is 1"):
-        jr.posterior(bent, 10, chains=1)
+        jr.identification.posterior(bent, 10, chains=1)
     twice = [jr.Unknown("gravity[2]"), jr.Unknown("a.sensitivity")]
-    still = {"a": jr.Channel(SENSOR["a"].sensor, noise=jr.Noise(NOISE))}
+    still = {"a": jr.Channel(SENSOR["a"].sensor, noise=jr.sensors.Noise(NOISE))}
     blind = jr.identify(slider(), twice, still, trial(measured))
     with pytest.raises(jr.InputError, match="the data cannot see .* no profile|cannot see it"):
         jr.profiles(blind, ["gravity[2]"])
     with pytest.raises(jr.InputError, match="its posterior has no end"):
-        jr.posterior(blind)
+        jr.identification.posterior(blind)
 
 
 def test_figures(linear):
@@ -222,7 +226,7 @@ def test_figures(linear):
 
     picture = profile_curves(linear, jr.profiles(linear))
     assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
-    drawn = jr.posterior(linear, 50, warmup=20)
+    drawn = jr.identification.posterior(linear, 50, warmup=20)
     with pytest.raises(jr.InputError, match="level must be between 0 and 1"):
         drawn.intervals(95)
     picture = posteriors(linear, drawn)

@@ -5,18 +5,23 @@ from helpers import at_instants
 from right_calls import ANGLE, WAVE, T, attached, controller, joint, line, loop
 
 import jaxrotor as jr
+from jaxrotor.elements import PD, SampledTorque
+from jaxrotor.objectives import TotalMass
+from jaxrotor.sweeps import sobol_indices
 
 
 def named():
     m, nan = line(), float("nan")
-    model = object.__new__(jr.LinearModel)
-    radial = jr.Radial("main")
-    record = jr.Record({"x": jr.Series(T, WAVE)})
+    model = object.__new__(jr.linear.LinearModel)
+    radial = jr.sensors.Radial("main")
+    record = jr.Record({"x": jr.sensors.Series(T, WAVE)})
     uneven = [[1.0, 2.0], [3.0]]
-    orbit = jr.filtered_orbit(WAVE, WAVE, ANGLE, 64.0, turns=2)
+    orbit = jr.diagnostics.filtered_orbit(WAVE, WAVE, ANGLE, 64.0, turns=2)
     response = at_instants(m, np.zeros((2, 6)), np.zeros((2, 6)))
-    campbell = jr.Campbell(np.zeros(2), np.zeros((2, 1)), np.zeros((2, 1)), ("a",), ("lateral",))
-    transient = jr.Transient(0.1, 1000.0)
+    campbell = jr.linear.Campbell(
+        np.zeros(2), np.zeros((2, 1)), np.zeros((2, 1)), ("a",), ("lateral",)
+    )
+    transient = jr.optimization.SimulatedRun(0.1, 1000.0)
     return {
         "machine of None": lambda: jr.Machine(None),
         "machine of a list": lambda: jr.Machine([jr.Rotor(1, 1, 1)], {}),
@@ -53,14 +58,14 @@ def named():
         "endless tolerance": lambda: jr.simulate(m, 1.0, 1000.0, solver=jr.Rosenbrock(), rtol=1e300),
         "linearize at nan": lambda: jr.linearize(m, nan),
         "frequencies of nan": lambda: jr.frequency_response(m, "main.x", "main.x", [nan]),
-        "range the wrong way": lambda: jr.unbalance_peak(m, "main.x", 9.0, 1.0),
-        "no range": lambda: jr.response_peaks(m, "main.x", "main.x", 5.0, 5.0),
+        "range the wrong way": lambda: jr.linear.unbalance_peak(m, "main.x", 9.0, 1.0),
+        "no range": lambda: jr.linear.response_peaks(m, "main.x", "main.x", 5.0, 5.0),
         "threshold the wrong way": lambda: jr.stability_threshold(m, 100.0, 1.0),
-        "interferences of no order": lambda: jr.interferences(m, [], (1.0, 2.0)),
+        "interferences of no order": lambda: jr.linear.interferences(m, [], (1.0, 2.0)),
         "half an element": lambda: jr.FiniteElementShaft(0.2, 0.01, elements=2.5),
         "too many elements": lambda: jr.FiniteElementShaft(0.2, 0.01, elements=10**19),
         "misspelt length": lambda: jr.Shaft(lenght=0.2, diameter=0.01),
-        "too many arguments": lambda: jr.Tachometer("main", 1, 2),
+        "too many arguments": lambda: jr.sensors.Tachometer("main", 1, 2),
         "no arguments": lambda: jr.Rotor(),
         "force towards nowhere": lambda: attached(jr.Force(1.0, direction=(0, 0, 0))),
         "balls that cannot fit": lambda: attached(jr.RollingBearing(1e9, 0.01, 0.05, balls=20)),
@@ -84,7 +89,7 @@ def named():
         "substeps of text": lambda: jr.ETD4RK(substeps="3"),
         "misspelt solver option": lambda: jr.ExponentialAdams(oder=6),
         "stage of nothing": lambda: jr.Stage(None),
-        "stage without iterations": lambda: jr.Stage(jr.Time(), iterations=0),
+        "stage without iterations": lambda: jr.Stage(jr.identification.Time(), iterations=0),
         "unknown without a path": lambda: jr.Unknown(3),
         "unknown's bounds": lambda: jr.Unknown("main.mass", bounds=(1.0,)),
         "unknown's bounds of text": lambda: jr.Unknown("main.mass", bounds=("a", "b")),
@@ -94,19 +99,19 @@ def named():
         "unknown's start": lambda: jr.Unknown("main.mass", start="3 kg"),
         "unknown's ties": lambda: jr.Unknown("main.mass", also=["end.mass"]),
         "unknown misspelt": lambda: jr.Unknown("main.mass", postive=True),
-        "trial of no record": lambda: jr.Trial("run.csv"),
-        "trial's rate": lambda: jr.Trial(record, sample_rate=-1.0),
-        "trial's start": lambda: jr.Trial(record, initial="xyz"),
-        "trial's speed": lambda: jr.Trial(record, speed="fast"),
-        "trial's conditions": lambda: jr.Trial(record, conditions=[1]),
+        "trial of no record": lambda: jr.MeasuredRun("run.csv"),
+        "trial's rate": lambda: jr.MeasuredRun(record, sample_rate=-1.0),
+        "trial's start": lambda: jr.MeasuredRun(record, initial="xyz"),
+        "trial's speed": lambda: jr.MeasuredRun(record, speed="fast"),
+        "trial's conditions": lambda: jr.MeasuredRun(record, conditions=[1]),
         "record of numbers": lambda: jr.Record({"x": [1, 2, 3]}),
         "record of a list": lambda: jr.Record([1]),
-        "series of text": lambda: jr.Series(["a"] * 4, [1.0] * 4),
-        "series of unequal lengths": lambda: jr.Series([1.0, 2.0], [1.0]),
-        "series of rows": lambda: jr.Series(uneven, uneven),
-        "series of True": lambda: jr.Series([0.0, 1.0, 2.0, 3.0], [True, False, True, True]),
-        "series of complex numbers": lambda: jr.Series([0.0, 1.0, 2.0, 3.0], [1j] * 4),
-        "series in no unit": lambda: jr.Series(T, WAVE, unit=3),
+        "series of text": lambda: jr.sensors.Series(["a"] * 4, [1.0] * 4),
+        "series of unequal lengths": lambda: jr.sensors.Series([1.0, 2.0], [1.0]),
+        "series of rows": lambda: jr.sensors.Series(uneven, uneven),
+        "series of True": lambda: jr.sensors.Series([0.0, 1.0, 2.0, 3.0], [True, False, True, True]),
+        "series of complex numbers": lambda: jr.sensors.Series([0.0, 1.0, 2.0, 3.0], [1j] * 4),
+        "series in no unit": lambda: jr.sensors.Series(T, WAVE, unit=3),
         "a channel by number": lambda: record[3],
         "a channel of nobody": lambda: record["y"],
         "cases of nothing": lambda: jr.Cases({}),
@@ -130,91 +135,91 @@ def named():
         "variations of no machine": lambda: jr.Variations.uniform("m"),
         "variations of no path": lambda: jr.Variations.uniform(m, paths=3),
         "variations by a seed of text": lambda: jr.Variations.uniform(m, seed="a"),
-        "run without end": lambda: jr.Transient(-1.0, 1000.0),
-        "run in text": lambda: jr.Transient("1 s", 1000.0),
-        "run of no rate": lambda: jr.Transient(1.0, nan),
-        "run over the worst": lambda: transient.measure(jr.PeakValue(radial), over="best"),
+        "run without end": lambda: jr.optimization.SimulatedRun(-1.0, 1000.0),
+        "run in text": lambda: jr.optimization.SimulatedRun("1 s", 1000.0),
+        "run of no rate": lambda: jr.optimization.SimulatedRun(1.0, nan),
+        "run over the worst": lambda: transient.measure(jr.objectives.PeakValue(radial), over="best"),
         "run measured by text": lambda: transient.measure("peak"),
-        "a measure's sensor": lambda: jr.PeakValue("main"),
-        "a measure's window": lambda: jr.PeakValue(radial, start=-1.0),
-        "a measure's end": lambda: jr.PeakValue(radial, stop="end"),
-        "a share above one": lambda: jr.Percentile(radial, share=1.5),
-        "a power of minus one": lambda: jr.Integral(radial, power=-1),
-        "a mean of text": lambda: jr.RootMeanSquare(radial, about="median"),
-        "turns to keep": lambda: jr.OnceATurn(radial, "main", 0),
-        "peaks the wrong way": lambda: jr.ResponsePeaks("main.x", "main.x", 9.0, 1.0),
-        "no peaks": lambda: jr.ResponsePeaks("main.x", "main.x", 1.0, 9.0, count=0),
-        "peaks at a place by number": lambda: jr.ResponsePeaks(3, "main.x", 1.0, 9.0),
-        "unbalance the wrong way": lambda: jr.UnbalancePeak("main.x", 9.0, 1.0),
-        "norm about nothing": lambda: jr.H2Norm("main.x", "main.x", at="xyz"),
-        "decay with perhaps torsion": lambda: jr.DecayRate(torsion="perhaps"),
-        "poles near nothing": lambda: jr.PoleMean(near="a"),
-        "poles without number": lambda: jr.PoleMean(near=(0.0, 1.0), count=0),
-        "every zeroth": lambda: jr.TimeSeries(radial, every=0),
-        "series of no sensor": lambda: jr.TimeSeries("main"),
+        "a measure's sensor": lambda: jr.objectives.PeakValue("main"),
+        "a measure's window": lambda: jr.objectives.PeakValue(radial, start=-1.0),
+        "a measure's end": lambda: jr.objectives.PeakValue(radial, stop="end"),
+        "a share above one": lambda: jr.objectives.Percentile(radial, share=1.5),
+        "a power of minus one": lambda: jr.objectives.Integral(radial, power=-1),
+        "a mean of text": lambda: jr.objectives.RootMeanSquare(radial, about="median"),
+        "turns to keep": lambda: jr.diagnostics.PoincareSamples(radial, "main", 0),
+        "peaks the wrong way": lambda: jr.objectives.ResponsePeaks("main.x", "main.x", 9.0, 1.0),
+        "no peaks": lambda: jr.objectives.ResponsePeaks("main.x", "main.x", 1.0, 9.0, count=0),
+        "peaks at a place by number": lambda: jr.objectives.ResponsePeaks(3, "main.x", 1.0, 9.0),
+        "unbalance the wrong way": lambda: jr.objectives.UnbalancePeak("main.x", 9.0, 1.0),
+        "norm about nothing": lambda: jr.objectives.H2Norm("main.x", "main.x", at="xyz"),
+        "decay with perhaps torsion": lambda: jr.objectives.DecayRate(torsion="perhaps"),
+        "poles near nothing": lambda: jr.objectives.PoleMean(near="a"),
+        "poles without number": lambda: jr.objectives.PoleMean(near=(0.0, 1.0), count=0),
+        "every zeroth": lambda: jr.sweeps.TimeSeries(radial, every=0),
+        "series of no sensor": lambda: jr.sweeps.TimeSeries("main"),
         "edges that fall": lambda: jr.sweep(
-            m, {"main.mass": [6.0]}, {"a": jr.OverSpeed(radial, "main", [2.0, 1.0])}
+            m, {"main.mass": [6.0]}, {"a": jr.sweeps.OverSpeed(radial, "main", [2.0, 1.0])}
         ),
         "edges of one": lambda: jr.sweep(
-            m, {"main.mass": [6.0]}, {"a": jr.OverSpeed(radial, "main", [2.0])}
+            m, {"main.mass": [6.0]}, {"a": jr.sweeps.OverSpeed(radial, "main", [2.0])}
         ),
-        "orders of zero": lambda: jr.Orders(orders=(0.0,)),
-        "orders of text": lambda: jr.Orders(orders="1"),
-        "orders within no turn": lambda: jr.Orders(turns=0.0),
-        "an envelope of text": lambda: jr.Orders(envelope="yes"),
-        "frequencies the wrong way": lambda: jr.Frequencies(9.0, 1.0),
-        "frequencies of text": lambda: jr.Frequencies("1 Hz", "2 Hz"),
-        "frequencies of nan in a domain": lambda: jr.Frequencies(nan, 2.0),
+        "orders of zero": lambda: jr.identification.Orders(orders=(0.0,)),
+        "orders of text": lambda: jr.identification.Orders(orders="1"),
+        "orders within no turn": lambda: jr.identification.Orders(turns=0.0),
+        "an envelope of text": lambda: jr.identification.Orders(envelope="yes"),
+        "frequencies the wrong way": lambda: jr.identification.Frequencies(9.0, 1.0),
+        "frequencies of text": lambda: jr.identification.Frequencies("1 Hz", "2 Hz"),
+        "frequencies of nan in a domain": lambda: jr.identification.Frequencies(nan, 2.0),
         "a channel of no sensor": lambda: jr.identify(m, ["main.mass"], {"x": 3}, record),
         "a channel's order": lambda: jr.Channel(radial, cutoff=10.0, order=0),
         "a channel's unit": lambda: jr.Channel(radial, unit=3),
         "noise of text": lambda: jr.identify(
-            m, ["main.mass"], {"x": jr.Channel(radial, noise=jr.Noise("a"))}, record
+            m, ["main.mass"], {"x": jr.Channel(radial, noise=jr.sensors.Noise("a"))}, record
         ),
         "no shares of the mean": lambda: campbell.crossings("1"),
         "crossings of nan": lambda: campbell.crossings(nan),
         "an ellipse of no order": lambda: orbit.ellipse(3.0),
         "an ellipse of text": lambda: orbit.ellipse("1"),
-        "a phasor of text": lambda: jr.phasor("a", 3.0),
-        "influence of text": lambda: jr.influence_coefficients("a", "b", "c"),
-        "influence of nan": lambda: jr.influence_coefficients([nan], [1.0], [[1.0]]),
-        "influence of rows": lambda: jr.influence_coefficients(uneven, uneven, uneven),
+        "a phasor of text": lambda: jr.identification.phasor("a", 3.0),
+        "influence of text": lambda: jr.identification.influence_coefficients("a", "b", "c"),
+        "influence of nan": lambda: jr.identification.influence_coefficients([nan], [1.0], [[1.0]]),
+        "influence of rows": lambda: jr.identification.influence_coefficients(uneven, uneven, uneven),
         "balance of text": lambda: jr.balance("a", "b"),
         "balance of nan": lambda: jr.balance([nan], [[1.0]]),
         "balance by weights": lambda: jr.balance([1.0], [[1.0]], weights=[-1.0]),
         "balance by two weights": lambda: jr.balance([1.0], [[1.0]], weights=[1.0, 2.0]),
         "balance with scatter": lambda: jr.balance([1.0], [[1.0]], std="a"),
-        "modal balance of text": lambda: jr.modal_balance("a", ["p"], [1.0]),
-        "modal balance of numbers": lambda: jr.modal_balance([[1.0]], 3, [1.0]),
-        "modal balance of nan": lambda: jr.modal_balance([[nan]], ["p"], [1.0]),
-        "a design of no parameter": lambda: jr.optimize(m, [], jr.TotalMass()),
+        "modal balance of text": lambda: jr.identification.modal_balance("a", ["p"], [1.0]),
+        "modal balance of numbers": lambda: jr.identification.modal_balance([[1.0]], 3, [1.0]),
+        "modal balance of nan": lambda: jr.identification.modal_balance([[nan]], ["p"], [1.0]),
+        "a design of no parameter": lambda: jr.optimize(m, [], TotalMass()),
         "a design for a text": lambda: jr.optimize(m, ["main.mass"], "mass"),
-        "a design with a limit of text": lambda: jr.optimize(m, ["main.mass"], jr.TotalMass(), ["light"]),
-        "a limit of text": lambda: jr.TotalMass() <= "light",
-        "a limit of nan": lambda: jr.TotalMass() <= nan,
-        "a design from nowhere": lambda: jr.optimize(m, ["main.mass"], jr.TotalMass(), starts=3),
-        "a design from a list": lambda: jr.optimize(m, ["main.mass"], jr.TotalMass(), starts=[3]),
+        "a design with a limit of text": lambda: jr.optimize(m, ["main.mass"], TotalMass(), ["light"]),
+        "a limit of text": lambda: TotalMass() <= "light",
+        "a limit of nan": lambda: TotalMass() <= nan,
+        "a design from nowhere": lambda: jr.optimize(m, ["main.mass"], TotalMass(), starts=3),
+        "a design from a list": lambda: jr.optimize(m, ["main.mass"], TotalMass(), starts=[3]),
         "identification from a list": lambda: jr.identify(
             m, ["main.mass"], {"x": radial}, record, starts=[3]
         ),
         "identification from text": lambda: jr.identify(
             m, ["main.mass"], {"x": radial}, record, starts=[{"main.mass": "a"}]
         ),
-        "a sweep of nothing": lambda: jr.sweep(m, {}, {"a": jr.TotalMass()}),
-        "a sweep into a number": lambda: jr.sweep(m, {"main.mass": [6.0]}, {"a": jr.TotalMass()}, store=3),
-        "a sweep by a text": lambda: jr.sweep(m, {"main.mass": [6.0]}, {"a": jr.TotalMass()}, client="dask"),
-        "shares of text": lambda: jr.sobol_indices(m, {"main.mass": "a"}, {"a": jr.TotalMass()}),
-        "shares of no count": lambda: jr.sobol_indices(m, {"main.mass": "a"}, {"a": jr.TotalMass()}, 0),
+        "a sweep of nothing": lambda: jr.sweep(m, {}, {"a": TotalMass()}),
+        "a sweep into a number": lambda: jr.sweep(m, {"main.mass": [6.0]}, {"a": TotalMass()}, store=3),
+        "a sweep by a text": lambda: jr.sweep(m, {"main.mass": [6.0]}, {"a": TotalMass()}, client="dask"),
+        "shares of text": lambda: sobol_indices(m, {"main.mass": "a"}, {"a": TotalMass()}),
+        "shares of no count": lambda: sobol_indices(m, {"main.mass": "a"}, {"a": TotalMass()}, 0),
         "an audit of no machine": lambda: jr.energy_audit(None, 1.0, 1000.0),
         "a state of text": lambda: jr.simulate(m, 0.1, 1000.0, initial=jr.State("a", "b")),
         "a State of nothing": lambda: jr.State(),
         "poles of a model by text": lambda: jr.modes(model, "all"),
-        "a keyway wider than the shaft": lambda: jr.keyway(0.05, 0.06, 0.01),
+        "a keyway wider than the shaft": lambda: jr.elements.keyway(0.05, 0.06, 0.01),
         "a parameter of no unit": lambda: jr.parameter(3),
         "material of text": lambda: joint(jr.Shaft(0.2, 0.012, material="steel")),
-        "a sampled torque without period": lambda: loop(jr.SampledTorque(jr.PD(1.0), 0.0)),
-        "a sampled torque's seed": lambda: loop(jr.SampledTorque(jr.PD(1.0), 1e-3, seed=-1)),
-        "a network of no width": lambda: controller(jr.NeuralController([], [1.0], 1.0, width=0)),
+        "a sampled torque without period": lambda: loop(SampledTorque(PD(1.0), 0.0)),
+        "a sampled torque's seed": lambda: loop(SampledTorque(PD(1.0), 1e-3, seed=-1)),
+        "a network of no width": lambda: controller(jr.elements.NeuralController([], [1.0], 1.0, width=0)),
         "load of a folder": lambda: jr.load("."),
         "record of nothing": lambda: jr.read_record("nowhere.toml"),
     }  # fmt: skip

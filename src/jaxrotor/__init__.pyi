@@ -86,7 +86,7 @@ from .identification.balance import balance as balance
 
 # to meet measured runs
 from .identification.identify import Stage as Stage, identify as identify
-from .identification.measured_run import Trial as Trial
+from .identification.measured_run import MeasuredRun as MeasuredRun
 from .integrators.exponential import ETD4RK as ETD4RK, ExponentialAdams as ExponentialAdams
 from .integrators.rosenbrock import Rosenbrock as Rosenbrock
 from .linear.campbell import campbell as campbell

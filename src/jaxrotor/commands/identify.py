@@ -10,7 +10,7 @@ from ..core.errors import InputError
 from ..core.files import check_folder, folder_written_whole, save_json
 from ..identification.identification import Identification
 from ..identification.identify import asked, identify
-from ..identification.measured_run import Trial
+from ..identification.measured_run import MeasuredRun
 from ..identification.profile import Profile, profiles
 from ..sensors.read import read_record
 from ..study.study import Study
@@ -47,7 +47,7 @@ def _arguments(study: Study) -> dict[str, Any]:
     trials, problems = [], []
     for file, conditions in told.records:
         try:
-            trials.append(Trial(read_record(file), conditions=conditions, **given))
+            trials.append(MeasuredRun(read_record(file), conditions=conditions, **given))
         except InputError as error:
             problems += error.problems
     if problems:

@@ -12,7 +12,7 @@ from ..core.files import check_folder, folder_written_whole, save_json
 from ..objectives.criterion import Constraint
 from ..objectives.machine_measures import ResponsePeaks, unit_on
 from ..objectives.measure import AbstractSignalMeasure
-from ..optimization.experiment import Transient
+from ..optimization.experiment import SimulatedRun
 from ..optimization.optimize import optimize
 from ..optimization.optimum import Optimum
 from ..search.unknown import split_entry
@@ -72,7 +72,7 @@ def _figures(found: Optimum, constraints: Sequence[Constraint]) -> dict[str, Fig
     for experiment, measures in zip(found.problem.experiments, found.problem.measures):
         peaks += [m for m in measures if isinstance(m, ResponsePeaks)]
         watched = [m for m in measures if isinstance(m, AbstractSignalMeasure)]
-        if isinstance(experiment, Transient) and watched:
+        if isinstance(experiment, SimulatedRun) and watched:
             before, after = (experiment.outcome(m) for m in (found.before, found.machine))
             figures["before_after"] = before_after(watched, before, after, constraints)
     if peaks:

@@ -41,7 +41,7 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
         ("spin", f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
     ]
     # a line that only turns has no paths to draw
-    swaying = [name for name in rotors if select.sways(machine, name)]
+    swaying = [name for name in rotors if machine.sways(name)]
     if swaying:
         plans += [
             (

@@ -2,7 +2,7 @@
 
 from .bifurcation import Bifurcation, bifurcation
 from .centreline import Centreline, shaft_centreline
-from .once_per_turn import OnceATurn
+from .once_per_turn import PoincareSamples
 from .orbit import Ellipse, Orbit, filtered_orbit, orbit
 from .orders import OrderTrack, order_tracking
 from .poincare import PoincareSection, poincare
@@ -15,7 +15,7 @@ __all__ = [
     "Centreline",
     "Ellipse",
     "FullSpectrum",
-    "OnceATurn",
+    "PoincareSamples",
     "Orbit",
     "OrderTrack",
     "PoincareSection",

@@ -17,7 +17,7 @@ from ..sweeps.cases import Cases, as_cases
 from ..sweeps.checks import check_cases
 from ..sweeps.planning import _speeds_of
 from ..sweeps.sweep import sweep
-from .once_per_turn import OnceATurn
+from .once_per_turn import PoincareSamples
 from .poincare import period_of
 from .shaft_angle import TURN
 
@@ -103,7 +103,7 @@ def bifurcation(
     rate = samples * float(np.abs(speed).max()) / TURN
     last = seconds * keep / (drop + keep + 1)
     outputs = {
-        "points": OnceATurn(quantity, shaft, keep, phase),  # pyright: ignore[reportCallIssue]
+        "points": PoincareSamples(quantity, shaft, keep, phase),  # pyright: ignore[reportCallIssue]
         "size": PeakValue(quantity, about="mean", start=jnp.asarray(seconds - last)),
     }
     flat = Cases(cases.values, cases.how)

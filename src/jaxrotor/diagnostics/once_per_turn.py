@@ -19,7 +19,7 @@ from .shaft_angle import TURN
 _CORRECTIONS = 5
 
 
-class OnceATurn(AbstractSignalMeasure):
+class PoincareSamples(AbstractSignalMeasure):
     """What a sensor sees as a shaft passes the angle 2 pi k + `phase`: the last `keep` of those passages
     before `stop`, in the order of time; NaN for those that the window does not have. An output of `jr.sweep`
     with `keep` numbers for each run, which keeps no series.

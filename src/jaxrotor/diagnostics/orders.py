@@ -69,7 +69,7 @@ def order_tracking(
 
     Exact for amplitudes that are constant within a block, but for the splines between samples: the error is
     3e-6 of the amplitude with 10 samples in a period of that order, 3e-4 with 5. Raises `InputError` for
-    fewer than 4, a shaft that turns back, too few turns, or orders that blocks cannot tell apart. `jr.Orders`
+    fewer than 4, a shaft that turns back, too few turns, or orders that blocks cannot tell apart. `Orders`
     compares by the same amplitudes, as a linear map of unequally spaced records, with Gaussian weights.
 
     Source: Fyfe, Munck, Analysis of computed order tracking, Mech. Syst. Signal Process. 11 (1997) 187.

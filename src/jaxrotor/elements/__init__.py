@@ -23,8 +23,8 @@ from .control.controller import (
     ResonantController,
     StateFeedback,
 )
+from .control.feedback import AbstractFeedback, RelativeStates, SpeedError, TwistOf
 from .control.loop import ActiveTorque
-from .control.measured import AbstractMeasured, RelativeStates, SpeedError, TwistOf
 from .control.neural import NeuralController
 from .control.sampled import SampledTorque
 from .control.switched import SwitchedDamper
@@ -65,7 +65,7 @@ __all__ = [
     "AbstractFilm",
     "AbstractFlaw",
     "AbstractLaw",
-    "AbstractMeasured",
+    "AbstractFeedback",
     "AbstractRaceDefect",
     "ActiveTorque",
     "Actuator",

@@ -13,7 +13,7 @@ from .bootstrap import Replicas, bootstrap
 from .domain import AbstractDomain, Frequencies, Orders, Time
 from .identification import Identification
 from .identify import Stage, identify
-from .measured_run import Trial
+from .measured_run import MeasuredRun
 from .posterior import Posterior, posterior
 from .profile import Profile, profiles
 
@@ -29,7 +29,7 @@ __all__ = [
     "Replicas",
     "Stage",
     "Time",
-    "Trial",
+    "MeasuredRun",
     "balance",
     "bootstrap",
     "correction",

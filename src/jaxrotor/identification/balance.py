@@ -15,8 +15,7 @@ from jaxtyping import Complex, Float
 from ..core.arguments import complex_array, listed, numbers, positive, real_array, short
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..elements.rotors.rotor import Rotor
-from .bench import Bench
+from ..search.instrumented import Instrumented
 from .identification import Identification
 
 
@@ -164,12 +163,12 @@ def correction(found: Identification, rotor: str, places: tuple[float, float]) -
     Raises `InputError` where the rotor has no unbalance, or the data cannot see it.
     """
     part = found.machine[rotor]
-    if not isinstance(part, Rotor) or part.unbalance is None:
+    if getattr(part, "unbalance", None) is None:
         raise InputError(f"`{rotor}`: is no rotor with an unbalance")
     lost = [p for d in found.blind for p in d if p.startswith(f"{rotor}.unbalance")]
     if lost:
         raise InputError(f"`{lost[0]}`: the data cannot see it, so no correction can be told")
-    bench = Bench(found.machine, found.sensors)
+    bench = Instrumented(found.machine, found.sensors)
 
     def planes(u):
         machine = found.space.placed(bench, u).machine

@@ -10,15 +10,15 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.files import save_json
 from ..machine.machine import Machine
+from ..search.instrumented import Instrumented
+from ..search.space import Space
 from ..search.unknown import Unknown, split_entry
 from ..sensors.channel import Channel
 from ..sensors.record import Record
-from .bench import Bench
 from .domain import Time
 from .fit_by_channel import ChannelFit, meet
-from .measured_run import Trial, as_trials
+from .measured_run import MeasuredRun, as_measured_runs
 from .problem import Problem, pose, weighed
-from .space import Space
 from .uncertainty import Knowledge
 
 # Below this probability of being chance a residual is called not white, or too large; all the tests of an
@@ -169,11 +169,11 @@ class Identification:
             )
         return "\n".join([*lines, *(f"! {w}" for w in self.warnings)])
 
-    def predicted(self, data: Record | Trial) -> tuple[ChannelFit, ...]:
+    def predicted(self, data: Record | MeasuredRun) -> tuple[ChannelFit, ...]:
         """Another run, simulated with what was found: a held-out one for cross-validation. Its channels say
         by `white` and `sized` whether the model holds there too."""
-        bench = Bench(self.machine, self.sensors)
-        trial = as_trials(data)[0].planned(self.machine)
+        bench = Instrumented(self.machine, self.sensors)
+        trial = as_measured_runs(data)[0].planned(self.machine)
         space = Space.of(bench, tuple(Unknown(path, scale=1.0) for path in self.paths))
         stds = {c.channel: c.std for c in self.channels}
         problem = pose(bench, space, [trial], Time(), None)

@@ -12,24 +12,24 @@ import optax
 from jaxtyping import Array
 from tqdm import tqdm
 
-from ..core.arguments import listed, mapping, number, whole
+from ..core.arguments import listed, mapping, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
+from ..search.instrumented import Instrumented
+from ..search.space import Space, place_of, wrapped
 from ..search.unknown import as_unknowns
 from ..sensors.channel import as_channels
-from .bench import Bench
 from .descent import descend
 from .domain import AbstractDomain, Time
 from .fit import Fit, search
 from .fit_by_channel import meet, noise_given
 from .identification import Identification
-from .measured_run import Trial, as_trials
+from .measured_run import MeasuredRun, as_measured_runs
 from .problem import Problem, check_data, in_reverse, pose, residual_and_slopes, weighed
 from .simulated import records, records_and_slopes
-from .space import Space, wrapped
 from .uncertainty import knowledge
 
 # A channel met better than this part of its own size has no noise to be weighed by.
@@ -72,7 +72,7 @@ def identify(
     - `parameters`: `Unknown`s, or plain paths.
     - `sensors`: name -> a sensor or a `Channel`. A channel's `noise.std` weighs it; without one, its noise is
       taken from its residual.
-    - `data`: `Record`s or `Trial`s, of one or several runs; series carry the names of `sensors`.
+    - `data`: `Record`s or `MeasuredRun`s, of one or several runs; series carry the names of `sensors`.
     - `stages`: searches one after the other, such as `(Orders(), Time())`: by order no cycle can be skipped,
       over time everything counts. The uncertainty is that of the last.
     - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
@@ -123,11 +123,11 @@ def identify(
 class Asked(NamedTuple):
     """What is looked for, and in what: `places` (b, n), where the first search starts."""
 
-    bench: Bench
+    bench: Instrumented
     space: Space
     searches: list[Stage]
     places: Array
-    trials: tuple[Trial, ...]
+    trials: tuple[MeasuredRun, ...]
 
 
 def asked(
@@ -141,7 +141,7 @@ def asked(
 ) -> Asked:
     """The arguments of `identify`, judged as far as they can be before anything runs; raises `InputError`."""
     machine.check()
-    bench = Bench(machine, as_channels(dict(sensors)))
+    bench = Instrumented(machine, as_channels(dict(sensors)))
     bench.check()
     space = Space.of(bench, as_unknowns(parameters))
     searches = [s if isinstance(s, Stage) else Stage(s) for s in listed(stages, "stages")]
@@ -151,32 +151,11 @@ def asked(
         raise InputError("stages: name one at least, such as Time()")
     begun = space.set(bench, space.starts)
     places = [jnp.zeros(len(space)), *(place_of(space, bench, start) for start in starts)]
-    trials = as_trials(data)
+    trials = as_measured_runs(data)
     for trial in trials:
         trial.check(begun.machine)
     check_data(bench, space, trials, [search.domain for search in searches])
     return Asked(bench, space, searches, jnp.stack(places), trials)
-
-
-def place_of(space: Space, bench: Bench, start: Mapping[str, float]) -> Array:
-    """Where a start lies in the search; raises `InputError`."""
-    mapping(start, "starts: each")
-    wrong = [path for path in start if path not in space.paths]
-    if wrong:
-        raise InputError(
-            f"starts: `{wrong[0]}` is not looked for: name one of {', '.join(space.paths)}"
-        )
-    values = np.array(space.starts)
-    for path, value in start.items():
-        values[space.paths.index(path)] = number()(value, f"starts: `{path}`")
-    place = space.places(values)
-    if not np.isfinite(place).all():
-        path = space.paths[int(np.argmin(np.isfinite(place)))]
-        raise InputError(
-            f"starts: `{path}` cannot start at {start[path]:g}: it is out of its bounds"
-        )
-    space.set(bench, values)
-    return place
 
 
 def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
@@ -224,7 +203,7 @@ def _weighed_by_residuals(problem: Problem, best: Fit, given: Sequence[bool]) ->
     )
 
 
-def _wrapped(space: Space, bench: Bench) -> Bench:
+def _wrapped(space: Space, bench: Instrumented) -> Instrumented:
     """With the angles that were looked for, and those tied to them, from -pi to pi."""
     turned = {}
     for path, kind, ties in zip(space.paths, space.kinds, space.ties):

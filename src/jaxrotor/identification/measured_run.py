@@ -26,7 +26,7 @@ from ..simulation.state import State
     conditions=mapping,
 )
 @dataclasses.dataclass(frozen=True)
-class Trial:
+class MeasuredRun:
     """**Arguments:**
 
     - `record`: what was measured; its time 0 is that of the run.
@@ -51,7 +51,7 @@ class Trial:
         check_solver(machine, self.solver, self.step, self.rtol, self.atol)
         initial_speed(machine, self.initial, self.speed)
 
-    def planned(self, machine: Machine) -> "Trial":
+    def planned(self, machine: Machine) -> "MeasuredRun":
         """With its sample rate, and with a step fit for `machine`."""
         rate = self.sample_rate
         if rate is None:
@@ -69,14 +69,14 @@ class Trial:
         return self.record.end + 2 / self.sample_rate
 
 
-def as_trials(data: Any) -> tuple[Trial, ...]:
+def as_measured_runs(data: Any) -> tuple[MeasuredRun, ...]:
     """From a record, a trial, or several of them."""
     many = data if isinstance(data, Sequence) else [data]
     found = []
     for one in many:
         if isinstance(one, Record):
-            one = Trial(one)
-        if not isinstance(one, Trial):
+            one = MeasuredRun(one)
+        if not isinstance(one, MeasuredRun):
             raise InputError(f"data must be Records or Trials, but one is {type(one).__name__}")
         if min(float(s.t[0]) for s in one.record.series.values()) < -1e-9:
             raise InputError(
@@ -84,5 +84,5 @@ def as_trials(data: Any) -> tuple[Trial, ...]:
             )
         found.append(one)
     if not found:
-        raise InputError("no data: give a Record or a Trial at least")
+        raise InputError("no data: give a Record or a MeasuredRun at least")
     return tuple(found)

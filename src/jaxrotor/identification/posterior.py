@@ -14,10 +14,10 @@ from tqdm import tqdm
 from ..core.arguments import whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..search.space import Space
 from .identification import Identification
 from .problem import Problem, residual_and_slopes
 from .simulated import records_and_slopes
-from .space import Space
 
 # A trajectory has up to two to this many steps; where it starts to adapt its step.
 _DOUBLINGS, _STEP = 6, 0.5

@@ -14,13 +14,13 @@ from jaxtyping import Array, Float
 from ..core.errors import InputError
 from ..core.units import factor, known_unit
 from ..machine.wiring import unknown
+from ..search.instrumented import Instrumented
+from ..search.space import Space
 from ..sensors.record import Series
 from ..simulation.response import StationResponse
-from .bench import Bench
 from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
-from .measured_run import Trial
+from .measured_run import MeasuredRun
 from .simulated import Run, Simulated, as_array
-from .space import Space
 
 
 class Signal(eqx.Module):
@@ -89,9 +89,9 @@ def residual_and_slopes(
 
 
 def pose(
-    bench: Bench,
+    bench: Instrumented,
     space: Space,
-    trials: Sequence[Trial],
+    trials: Sequence[MeasuredRun],
     domain: AbstractDomain,
     shaft: str | None,
 ) -> Problem:
@@ -123,7 +123,10 @@ def pose(
 
 
 def check_data(
-    bench: Bench, space: Space, trials: Sequence[Trial], domains: Sequence[AbstractDomain]
+    bench: Instrumented,
+    space: Space,
+    trials: Sequence[MeasuredRun],
+    domains: Sequence[AbstractDomain],
 ) -> None:
     """What `pose` would refuse, as far as it can be told before anything runs: all but how the shaft turns.
     Raises `InputError`."""
@@ -145,7 +148,9 @@ def _refuse_too_few(count: int, space: Space) -> None:
         )
 
 
-def _signals(bench: Bench, trial: Trial, domain: AbstractDomain, angles: Angles) -> list[Signal]:
+def _signals(
+    bench: Instrumented, trial: MeasuredRun, domain: AbstractDomain, angles: Angles
+) -> list[Signal]:
     """What a run measured, in the units of the channels, and how it is compared."""
     found = []
     for name, one in trial.record.series.items():
@@ -185,7 +190,7 @@ def _converted(series: Series, unit: str, place: str) -> Series:
     return Series(series.t, size * series.values, unit, place)
 
 
-def _angles(run: Run, bench: Bench, shaft: str | None) -> Angles:
+def _angles(run: Run, bench: Instrumented, shaft: str | None) -> Angles:
     """The shaft's angle at any times, simulated once somebody asks."""
     found: list[np.ndarray] = []
 

@@ -7,10 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..search.instrumented import Instrumented
+from ..search.space import Space
 from ..simulation.response import Response
 from ..simulation.simulate import simulate
-from .bench import Bench
-from .space import Space
 
 
 class Run(eqx.Module):
@@ -23,13 +23,13 @@ class Run(eqx.Module):
     channels: tuple[str, ...] = eqx.field(static=True)
     settings: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # further keywords of `simulate`
 
-    def response(self, bench: Bench) -> Response:
+    def response(self, bench: Instrumented) -> Response:
         machine = bench.machine.set(self.conditions) if self.conditions else bench.machine
         return simulate(
             machine, initial=self.initial, speed=self.speed, progress=False, **dict(self.settings)
         )
 
-    def records(self, bench: Bench) -> tuple[Float[Array, " nt"], ...]:
+    def records(self, bench: Instrumented) -> tuple[Float[Array, " nt"], ...]:
         response = self.response(bench)
         return tuple(
             bench.channels[name].measure(response, t) for name, t in zip(self.channels, self.times)
@@ -39,7 +39,7 @@ class Run(eqx.Module):
 class Simulated(eqx.Module):
     """Every run at any place of the search."""
 
-    bench: Bench
+    bench: Instrumented
     runs: tuple[Run, ...]
     space: Space
 

@@ -73,7 +73,7 @@ def adaptive_samples(
         )
 
     if ticking is None:
-        saved = dict(fn=handing) if told else {}
+        saved: dict[str, Any] = dict(fn=handing) if told else {}
         solution = solve(samples[0], samples[-1], y0, diffrax.SaveAt(ts=samples, **saved))
         states, steps = solution.ys, solution.stats["num_steps"]
     else:  # afresh from one instant of the grid to the next

@@ -15,7 +15,7 @@ _CLOCK = 8 * 2.0**-52
 def adapting(rtol: Any, atol: Any, **options: Any) -> diffrax.AbstractStepSizeController:
     """A `diffrax.PIDController` that ends (`RESULTS.dt_min_reached`) where steps no longer move the clock:
     before a force that has no value, or one that is infinitely steep. It would try for ever."""
-    return _Ending(diffrax.PIDController(rtol, atol, norm=_size, **options))
+    return _Ending(diffrax.PIDController(rtol, atol, norm=_size, **options))  # pyright: ignore[reportCallIssue]
 
 
 def _size(x: Any) -> Array:
@@ -27,12 +27,20 @@ def _size(x: Any) -> Array:
 class _Ending(diffrax.AbstractAdaptiveStepSizeController):
     controller: diffrax.PIDController
 
-    rtol = property(lambda self: self.controller.rtol)
-    atol = property(lambda self: self.controller.atol)
-    norm = property(lambda self: self.controller.norm)
+    @property
+    def rtol(self):  # pyright: ignore[reportIncompatibleMethodOverride]
+        return self.controller.rtol
+
+    @property
+    def atol(self):  # pyright: ignore[reportIncompatibleMethodOverride]
+        return self.controller.atol
+
+    @property
+    def norm(self):  # pyright: ignore[reportIncompatibleMethodOverride]
+        return self.controller.norm
 
     def wrap(self, direction):
-        return _Ending(self.controller.wrap(direction))
+        return _Ending(self.controller.wrap(direction))  # pyright: ignore[reportCallIssue]
 
     def init(self, terms, t0, t1, y0, dt0, args, func, error_order):
         end, state = self.controller.init(terms, t0, t1, y0, dt0, args, func, error_order)

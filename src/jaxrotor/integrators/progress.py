@@ -153,7 +153,7 @@ def interruptible(work: Callable[[], Any]) -> Any:
         return work()  # no Ctrl-C comes here
     outcome: dict[str, Any] = {}
     _ended = False
-    over, device = threading.Event(), jax.config.jax_default_device
+    over, device = threading.Event(), jax.config.jax_default_device  # pyright: ignore[reportAttributeAccessIssue]
 
     def target() -> None:
         try:

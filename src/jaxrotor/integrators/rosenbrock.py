@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..machine.field import n_free
 from . import rodas5p as tableau
 
 
@@ -56,7 +55,7 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         h = jnp.asarray(t1 - t0)
-        n = n_free(args)
+        n = len(args.layout.free)
         d = y0.shape[0]
 
         def field(ty: Array):

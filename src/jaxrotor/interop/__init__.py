@@ -1,4 +1,4 @@
-"""Machines from other programs" models."""
+"""Machines from other programs' models."""
 
 from .ross import from_ross
 

@@ -159,6 +159,12 @@ class Machine(Part):
             held.coordinate == 5 and held.motion != FIXED for held in self.wiring.held
         )
 
+    def sways(self, station: str) -> bool:
+        """Whether a station can move across the axis: not where a study of turning alone fixes it."""
+        index = self.wiring.stations.index(station)
+        held = {h.coordinate for h in self.wiring.held if h.station == index and h.motion == FIXED}
+        return not {0, 1} <= held
+
     def parameters(self) -> dict[str, Array]:
         """path -> value of every parameter."""
         found = {"gravity": self.gravity}

@@ -1,11 +1,11 @@
 """The best design under constraints."""
 
-from .experiment import AsBuilt, Transient
+from .experiment import NoRun, SimulatedRun
 from .optimize import optimize
 from .optimum import Optimum
 from .variations import Variations
 
-__all__ = ["AsBuilt", "Optimum", "Transient", "Variations", "optimize"]
+__all__ = ["NoRun", "Optimum", "SimulatedRun", "Variations", "optimize"]
 
 
 def __dir__() -> list[str]:

@@ -61,7 +61,7 @@ class AbstractExperiment(Part):
         return Criterion(((1.0, self, measure, over),))
 
 
-class AsBuilt(AbstractExperiment):
+class NoRun(AbstractExperiment):
     """No run: measures look at the machine itself (its mass, its linear model)."""
 
     variations: Variations | None = None
@@ -69,13 +69,13 @@ class AsBuilt(AbstractExperiment):
     def outcome(self, machine: Machine) -> Machine:
         return machine
 
-    def ready(self, machine: Machine, reverse: bool) -> "AsBuilt":
+    def ready(self, machine: Machine, reverse: bool) -> "NoRun":
         if self.variations is not None:
             self.variations.check(machine)
         return self
 
 
-class Transient(AbstractExperiment):
+class SimulatedRun(AbstractExperiment):
     """A run of `jr.simulate`; measures look at its `Response`.
 
     **Arguments:**
@@ -116,7 +116,7 @@ class Transient(AbstractExperiment):
             progress=False,
         )
 
-    def ready(self, machine: Machine, reverse: bool) -> "Transient":
+    def ready(self, machine: Machine, reverse: bool) -> "SimulatedRun":
         machine = self.machine(machine)
         if self.variations is not None:
             self.variations.check(machine)
@@ -129,7 +129,7 @@ class Transient(AbstractExperiment):
         return dataclasses.replace(self, step=step, solver=solver, adjoint=adjoint)
 
 
-def _planned(machine: Machine, run: Transient) -> Plan:
+def _planned(machine: Machine, run: SimulatedRun) -> Plan:
     if machine.is_driven:
         return plan(machine, run.t_end, run.sample_rate, run.speed)
     # what speed a line without a drive reaches is known when it has run

@@ -13,11 +13,10 @@ from ..core.arguments import listed, number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
-from ..identification.bench import Bench
-from ..identification.identify import place_of
-from ..identification.space import Space
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, as_criterion
+from ..search.instrumented import Instrumented
+from ..search.space import Space, place_of
 from ..search.unknown import expanded
 from .augmented_lagrangian import Layout, tell
 from .optimum import Optimum, summed_up
@@ -57,7 +56,8 @@ def optimize(
     - `parameters`: `Unknown`s or plain paths, as for `identify`; a path to a list stands for all its
       entries. Positive ones are searched for by their logarithm, bounded ones by a logistic map: bounds are
       never left on the way.
-    - `objective`: what an experiment measures (`Transient(...).measure(RootMeanSquare(...))`), a measure of
+    - `objective`: what an experiment measures (`SimulatedRun(...).measure(RootMeanSquare(...))`), a
+      measure of
       the machine (`ResponsePeaks(...)`), sums of these, or a function of the machine. Of one with several
       entries (peaks, machines of a batch) the largest is minimised, exactly: a minimax in epigraph form.
     - `constraints`: `criterion <= limit`, `>= limit`, or `.equal_to(value)`, SI.
@@ -77,7 +77,7 @@ def optimize(
     if not isinstance(machine, Machine):
         raise InputError(f"machine must be a Machine, but is {machine!r}")
     machine.check()
-    bench = Bench(machine, {})
+    bench = Instrumented(machine, {})
     space = Space.of(bench, expanded(parameters, bench.machine))
     wanted = as_criterion(objective)
     for one in constraints:

@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..identification.bench import Bench
-from ..identification.space import Space
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
-from .experiment import AbstractExperiment, AsBuilt
+from ..search.instrumented import Instrumented
+from ..search.space import Space
+from .experiment import AbstractExperiment, NoRun
 
 # How far the search's own numbers of positive and bounded parameters count: a factor of 5e8, 2e-9 of the
 # range. Beyond, where a bound that holds the design draws them ever further, powers would overflow.
@@ -29,7 +29,7 @@ class Row(NamedTuple):
 class Problem(eqx.Module):
     """`rows`: the objective first, then the constraints. Each experiment is made once for all of them."""
 
-    bench: Bench
+    bench: Instrumented
     space: Space
     experiments: tuple[AbstractExperiment, ...]
     measures: tuple[tuple[Any, ...], ...]
@@ -67,7 +67,7 @@ class Problem(eqx.Module):
 
 
 def pose(
-    bench: Bench,
+    bench: Instrumented,
     space: Space,
     criteria: Sequence[Criterion | Constraint],
     reverse: bool,
@@ -81,7 +81,7 @@ def pose(
         criterion = one.criterion if isinstance(one, Constraint) else one
         terms = []
         for weight, given, measure, over in criterion.terms:
-            experiment = AsBuilt() if given is None else given
+            experiment = NoRun() if given is None else given
             k = next((i for i, e in enumerate(experiments) if _same(e, experiment)), None)
             if k is None:
                 k = len(experiments)

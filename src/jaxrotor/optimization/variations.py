@@ -12,8 +12,8 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import as_float64
 from ..core.part import Part
-from ..identification.bench import Bench
 from ..machine.machine import Machine
+from ..search.instrumented import Instrumented
 from ..search.unknown import split_entry
 
 # What scatters unless it is named: not the gravity, and not where forces or axes point.
@@ -50,7 +50,7 @@ class Variations(Part):
 
     def member(self, machine: Machine, own: Mapping[str, Array]) -> Machine:
         """The machine with one factor each, `own`."""
-        bench = Bench(machine, {})
+        bench = Instrumented(machine, {})
         changed = {}
         for path, factor in own.items():
             value = bench.get(path) if split_entry(path)[1] is not None else machine.get(path)

@@ -12,7 +12,7 @@ def spin(response: Response, station: str) -> Figure:
     """Angle and speed of a rotor over the run, and its speed beside the drive's in the passage
     through resonance, where it can sway at all."""
     t, part = np.asarray(response.t), response[station]
-    passes = select.sways(response.machine, station)
+    passes = response.machine.sways(station)
     fig, axes = figure(1, 3 if passes else 2, (13, 4))
     a, b = axes[0, :2]
     a.plot(t, np.asarray(part.phi) / (2 * np.pi), color=COLOURS[0])

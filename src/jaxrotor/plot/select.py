@@ -6,7 +6,6 @@ from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
-from ..machine.wiring import FIXED
 from ..simulation.response import Response
 
 
@@ -33,13 +32,6 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
         for name, element in machine.elements().items()
         if isinstance(element, kind) and signal in getattr(element, "signals", {})
     ]
-
-
-def sways(machine: Machine, name: str) -> bool:
-    """Whether a station can move across the axis: not where a study of turning alone fixes it."""
-    index = machine.wiring.stations.index(name)
-    held = {h.coordinate for h in machine.wiring.held if h.station == index and h.motion == FIXED}
-    return not {0, 1} <= held
 
 
 def passage(response: Response, name: str) -> int:

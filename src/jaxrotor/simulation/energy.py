@@ -91,7 +91,7 @@ def energy_audit(
         if isinstance(element, Acting) and not isinstance(element, (Energetic, AbstractAttachment)):
             raise InputError(
                 f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
-                "inherit jaxrotor.Energetic and define energy and power_lost"
+                "inherit jaxrotor.protocols.Energetic and define energy and power_lost"
             )
     count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
     speed = initial_speed(machine, initial, speed)

@@ -10,6 +10,7 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive
@@ -109,7 +110,7 @@ def simulate(
     given = jax.tree.leaves((machine, speed, initial))
     concrete = all(is_concrete(x) for x in given)
     # derivatives are traced through known values: each thread has transformations of its own
-    alone = not any(isinstance(x, jax.core.Tracer) for x in given)
+    alone = not any(isinstance(x, Tracer) for x in given)
 
     def run(solver, info, settings, bar):
         began = time.perf_counter()

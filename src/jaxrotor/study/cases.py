@@ -9,7 +9,7 @@ import numpy as np
 from ..core import arguments
 from ..core.errors import InputError
 from ..core.units import factor, known_unit, shown
-from ..identification.bench import Bench
+from ..search.instrumented import Instrumented
 from ..sensors.read import read_columns
 from ..sweeps.cases import Cases
 from ..sweeps.sensitivity import sobol_cases
@@ -22,7 +22,7 @@ _METHODS = ("sobol", "latin", "random", "saltelli")
 
 
 def read_cases(
-    table: dict, folder: Path, bench: Bench, faults: Faults
+    table: dict, folder: Path, bench: Instrumented, faults: Faults
 ) -> tuple[Cases | None, tuple[str, ...]]:
     """Of the whole section; and the paths that are swept of themselves."""
     if table.get("table") and table.get("parameters"):
@@ -57,7 +57,7 @@ def _refuse(table: dict, what: str, faults: Faults) -> None:
             faults.add("sweep", f"{key} goes with distributions, but this is {what}: remove {key}")
 
 
-def _parameters(tables: Any, bench: Bench, faults: Faults) -> list[Swept]:
+def _parameters(tables: Any, bench: Instrumented, faults: Faults) -> list[Swept]:
     """Empty where one of them is not sound."""
     if not isinstance(tables, list):
         faults.add(
@@ -165,7 +165,9 @@ def _correlations(tables: Any, paths: list[str], faults: Faults) -> dict[tuple[s
     return found
 
 
-def _columns(table: Any, folder: Path, bench: Bench, faults: Faults) -> dict[str, np.ndarray]:
+def _columns(
+    table: Any, folder: Path, bench: Instrumented, faults: Faults
+) -> dict[str, np.ndarray]:
     """SI, from a file."""
     place = "sweep.table"
     if not isinstance(table, dict) or not isinstance(table.get("file"), str):
@@ -212,7 +214,7 @@ def _columns(table: Any, folder: Path, bench: Bench, faults: Faults) -> dict[str
     return found
 
 
-def _check_values(cases: Cases, bench: Bench, faults: Faults) -> None:
+def _check_values(cases: Cases, bench: Instrumented, faults: Faults) -> None:
     """Whether the rows with the least and greatest value of each parameter are machines."""
     rows = [int(end(x)) for x in cases.values.values() for end in (np.argmin, np.argmax)]
     told = set()

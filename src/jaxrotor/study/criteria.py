@@ -8,7 +8,7 @@ from ..core.units import shown
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
 from ..objectives.measure import AbstractMeasure
-from ..optimization.experiment import AsBuilt, Transient
+from ..optimization.experiment import NoRun, SimulatedRun
 from .build import FAILED
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
@@ -34,8 +34,8 @@ class CriteriaReader:
     ):
         self.machine, self.settings, self.folder, self.faults = machine, settings, folder, faults
         self.varied = variations is not None
-        self.run = Transient(**settings.arguments(), variations=variations)
-        self.built = AsBuilt(variations)
+        self.run = SimulatedRun(**settings.arguments(), variations=variations)
+        self.built = NoRun(variations)
 
     def objective(self, tables: Any) -> Criterion | None:
         parts = []

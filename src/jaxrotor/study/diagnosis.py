@@ -67,14 +67,12 @@ def file_stem(words: str) -> str:
 
 def check_diagnosis(wanted: Diagnosis, place: str, machine: Machine, faults: Faults) -> None:
     """Whether the machine has the station, and the figure a use for what is given."""
-    from ..plot import select
-
     stations = machine.wiring.stations
     if wanted.station not in stations:
         faults.add(
             place, f'station names none, "{wanted.station}"{guess(wanted.station, stations)}'
         )
-    elif not select.sways(machine, wanted.station):
+    elif not machine.sways(wanted.station):
         faults.add(
             place,
             f'station must move across the axis, but "{wanted.station}" is fixed there: name another one',

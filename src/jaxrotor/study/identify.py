@@ -7,10 +7,10 @@ from typing import Any
 from ..core.arguments import whole
 from ..core.errors import InputError
 from ..core.units import read, shown
-from ..identification.bench import Bench
 from ..identification.domain import AbstractDomain, Frequencies, Orders, Time
 from ..identification.identify import Stage
 from ..machine.machine import Machine
+from ..search.instrumented import Instrumented
 from ..search.unknown import Unknown
 from ..sensors.channel import Channel
 from .build import FAILED, Context, build_element
@@ -115,14 +115,14 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
 
 
-def _bench(machine: Machine, sensors: dict[str, Channel], faults: Faults) -> Bench:
+def _bench(machine: Machine, sensors: dict[str, Channel], faults: Faults) -> Instrumented:
     """Whose sensors find what they look at."""
     try:
-        bench = Bench(machine, sensors)
+        bench = Instrumented(machine, sensors)
         bench.check()
     except InputError as error:
         faults.sentences += [f"`identify.sensors`: {p}" for p in error.problems]
-        return Bench(machine, {})
+        return Instrumented(machine, {})
     return bench
 
 

@@ -1,6 +1,7 @@
-"""Which class a `kind` means. There is no register: the public classes of jaxrotor are looked
+"""Which class a `kind` means. There is no register: the public classes of jaxrotor's packages are looked
 through, so a new element is known to study files as soon as it is public."""
 
+import functools
 import importlib
 import inspect
 import sys
@@ -9,23 +10,25 @@ from typing import Any
 
 import equinox as eqx
 
+from .. import elements, integrators, objectives, optimization, profiles, sensors, sweeps
 from .mistakes import Faults, guess
 
 
 def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
     """name -> class, for every public class of jaxrotor that is a `base` and can be built."""
-    import jaxrotor
-
-    found = {name: getattr(jaxrotor, name) for name in dir(jaxrotor) if not name.startswith("_")}
-    return {name: c for name, c in sorted(found.items()) if _fits(c, base)}
+    return {name: c for name, c in sorted(_public().items()) if _fits(c, base)}
 
 
 def public_constants() -> dict[str, Any]:
     """Name in small letters -> constant such as STEEL."""
-    import jaxrotor
-
-    found = {key.lower(): getattr(jaxrotor, key) for key in dir(jaxrotor) if key.isupper()}
+    found = {key.lower(): value for key, value in _public().items() if key.isupper()}
     return {name: value for name, value in found.items() if isinstance(value, eqx.Module)}
+
+
+@functools.cache
+def _public() -> dict[str, Any]:
+    rooms = (elements, integrators, objectives, optimization, profiles, sensors, sweeps)
+    return {name: getattr(room, name) for room in rooms for name in room.__all__}
 
 
 def find_kind(

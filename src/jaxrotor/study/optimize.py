@@ -8,11 +8,11 @@ from typing import Any
 from ..core.arguments import LARGEST, MANY, whole
 from ..core.errors import InputError
 from ..core.units import shown
-from ..identification.bench import Bench
-from ..identification.identify import place_of
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
 from ..optimization.variations import Variations
+from ..search.instrumented import Instrumented
+from ..search.space import place_of
 from ..search.unknown import Unknown, expanded
 from .criteria import CriteriaReader
 from .mistakes import Faults, guess
@@ -86,7 +86,7 @@ def read_optimize(table: Any, machine: Machine, settings: Simulation, folder: Pa
     ):
         if not table.get(key) and key not in meant:
             faults.add("optimize", f"{key} is missing: write {words}")
-    bench = Bench(machine, {})
+    bench = Instrumented(machine, {})
     unknowns = _unknowns(table.get("unknowns", []), bench, faults)
     starts = _starts(table.get("starts", []), unknowns, bench, faults)
     options = _options(table, faults)
@@ -102,7 +102,7 @@ def read_optimize(table: Any, machine: Machine, settings: Simulation, folder: Pa
     return Optimize(unknowns, objective, constraints, starts, options)
 
 
-def _unknowns(tables: Any, bench: Bench, faults: Faults) -> tuple[Unknown, ...]:
+def _unknowns(tables: Any, bench: Instrumented, faults: Faults) -> tuple[Unknown, ...]:
     if not isinstance(tables, list):
         faults.add(
             "optimize",
@@ -117,7 +117,7 @@ def _unknowns(tables: Any, bench: Bench, faults: Faults) -> tuple[Unknown, ...]:
 
 
 def _starts(
-    given: Any, unknowns: tuple[Unknown, ...], bench: Bench, faults: Faults
+    given: Any, unknowns: tuple[Unknown, ...], bench: Instrumented, faults: Faults
 ) -> tuple[dict[str, float], ...]:
     """With all that the unknowns and their starts say of each other."""
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):

@@ -10,7 +10,7 @@ from scipy import stats
 from ..core.arguments import whole
 from ..core.errors import InputError
 from ..core.units import shown
-from ..identification.bench import Bench
+from ..search.instrumented import Instrumented
 from .mistakes import Faults, guess
 from .unknowns import read_also, read_quantity
 
@@ -55,7 +55,7 @@ _PURE = ("sigma",)
 _POSITIVE = ("std", "sigma", "median")
 
 
-def read_swept(table: Any, place: str, bench: Bench, faults: Faults) -> Swept | None:
+def read_swept(table: Any, place: str, bench: Instrumented, faults: Faults) -> Swept | None:
     if not isinstance(table, dict) or not isinstance(table.get("path"), str):
         faults.add(place, 'needs a path, such as path = "main.unbalance.eccentricity"')
         return None
@@ -89,7 +89,7 @@ def read_swept(table: Any, place: str, bench: Bench, faults: Faults) -> Swept | 
     return Swept(path, place, unit, distribution, values, also)
 
 
-def unit_of(path: str, place: str, bench: Bench, faults: Faults) -> str | None:
+def unit_of(path: str, place: str, bench: Instrumented, faults: Faults) -> str | None:
     """Of the number at a path; None where there is no such number."""
     try:
         bench.get(path)

@@ -12,6 +12,7 @@ from ..core.parameter import require_x64
 from ..core.protocol import AbstractPrescribed, AbstractStation
 from ..core.units import shown
 from ..machine.machine import Machine
+from ..simulation.simulate import simulate
 from .diagnosis import Diagnosis
 from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
@@ -65,9 +66,7 @@ class Study:
 
     def run(self, progress: bool | None = None) -> Any:
         """Simulates: the `Response`. `progress`: as in `jaxrotor.simulate`."""
-        import jaxrotor
-
-        return jaxrotor.simulate(self.machine, **self.settings.arguments(), progress=progress)
+        return simulate(self.machine, **self.settings.arguments(), progress=progress)
 
 
 @takes(path=path)

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.units import shown
-from ..identification.bench import Bench
 from ..machine.machine import Machine
+from ..search.instrumented import Instrumented
 from ..sweeps.cases import Cases
 from ..sweeps.layout import OWN
 from ..sweeps.outputs import OverSpeed, TimeSeries
@@ -113,7 +113,7 @@ def read_sweep(table: Any, machine: Machine, settings: Simulation, folder: Path)
     ):
         if not any(table.get(key) for key in keys) and not meant & set(keys):
             faults.add("sweep", f"{' or '.join(keys)} is missing: write {words}")
-    bench = Bench(machine, {})
+    bench = Instrumented(machine, {})
     chunk = whole(table, "chunk", 1, faults) if "chunk" in table else None
     cases, paths = read_cases(table, folder, bench, faults)
     outputs, limits, units = _outputs(table.get("outputs", {}), machine, settings, folder, faults)

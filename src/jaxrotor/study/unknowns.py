@@ -7,8 +7,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.units import read, shown
-from ..identification.bench import Bench
-from ..identification.space import Space
+from ..search.instrumented import Instrumented
+from ..search.space import Space
 from ..search.unknown import Unknown, as_unknowns, split_entry
 from .mistakes import Faults
 
@@ -16,7 +16,12 @@ _KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "a
 
 
 def read_unknown(
-    table: Any, place: str, bench: Bench, faults: Faults, lists: bool = False, prior: bool = True
+    table: Any,
+    place: str,
+    bench: Instrumented,
+    faults: Faults,
+    lists: bool = False,
+    prior: bool = True,
 ) -> Unknown:
     """One [[....unknowns]] table. `lists`: whether a path may name a list of numbers, all of which are
     looked for; `prior`: whether one may be known beforehand."""
@@ -56,7 +61,7 @@ def read_unknown(
 
 
 def space_of(
-    bench: Bench,
+    bench: Instrumented,
     unknowns: tuple[Unknown, ...],
     place: str,
     faults: Faults,
@@ -88,7 +93,7 @@ def read_also(table: dict, place: str, faults: Faults) -> dict[str, float]:
     return {path: float(factor) for path, factor in also.items()}
 
 
-def _unit(path: str, bench: Bench, lists: bool) -> str:
+def _unit(path: str, bench: Instrumented, lists: bool) -> str:
     """Of a number, or of all in a list; raises `InputError` where there is none."""
     if lists and split_entry(path)[1] is None and path.split(".")[0] in bench.machine.wiring.order:
         value, units = bench.machine.get(path), set(bench.machine.units(path))

@@ -10,13 +10,13 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 
-from ..identification.bench import Bench
 from ..integrators.adaptive import adaptive_samples
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..machine.field import jacobian, vector_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
 from ..objectives.measure import Seen
+from ..search.instrumented import Instrumented
 from ..simulation.checks import _STEADY_GAP, initial_speed
 from ..simulation.response import Response, RunInfo
 from ..simulation.sampling_grid import Grid, Ticking
@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 
 
 def placed(machine: Machine, values: dict[str, Any]) -> Machine:
-    return Bench(machine, {}).set(values).machine
+    return Instrumented(machine, {}).set(values).machine
 
 
 def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d"]:

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.errors import InputError
-from ..identification.bench import Bench
 from ..machine.machine import Machine
 from ..machine.system import assemble
+from ..search.instrumented import Instrumented
 from ..simulation.checks import initial_speed, refuse_sampled_whirl
 from ..simulation.equilibrium import refuse_unbalanced
 from ..simulation.sampling_grid import Grid
@@ -23,7 +23,7 @@ _ROWS = 256
 def check_cases(machine: Machine, cases: Cases) -> None:
     """Every path is a number of the machine, and every row is a machine: of a long table those with each
     parameter's extremes, and some between."""
-    bench = Bench(machine, {})
+    bench = Instrumented(machine, {})
     for path in cases.values:
         bench.get(path)
     rows = {int(end(x)) for x in cases.values.values() for end in (np.argmin, np.argmax)}

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..core.errors import InputError
-from ..identification.bench import Bench
+from ..search.instrumented import Instrumented
 from ..simulation.response import Response, RunInfo
 from .batch import Outcome, Setup, placed
 from .cases import Cases
@@ -106,7 +106,7 @@ def _nothing(dims, shape, dtype, unit: str) -> xr.Variable:
 
 def _unit(machine: Any, path: str) -> str:
     try:
-        return Bench(machine, {}).unit(path)
+        return Instrumented(machine, {}).unit(path)
     except InputError:
         return ""
 

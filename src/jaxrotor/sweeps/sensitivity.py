@@ -14,8 +14,8 @@ from scipy import stats
 from ..core.arguments import mapping, number, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..identification.bench import Bench
 from ..machine.machine import Machine
+from ..search.instrumented import Instrumented
 from ..simulation.simulate import with_count
 from .batch import member
 from .cases import Cases, as_cases
@@ -222,7 +222,7 @@ def local_slopes(
     """
     cases = as_cases(parameters)
     wanted = checked(outputs)
-    bench = Bench(machine, {})
+    bench = Instrumented(machine, {})
     paths = tuple(cases.values) if paths is None else tuple(paths)
     if not paths:
         raise InputError("paths: name one parameter at least")

@@ -12,7 +12,7 @@ from ...core.protocol import AbstractAttachment, Motion, Signalling, Stateful, T
 from ...profiles.schedule import AbstractSchedule
 from .actuator import Actuator
 from .controller import AbstractController
-from .measured import AbstractMeasured, TwistOf
+from .feedback import AbstractFeedback, TwistOf
 
 
 def ideal() -> Actuator:
@@ -29,11 +29,11 @@ def shared(torque: Array, count: int, between: bool) -> tuple[Vec6, ...]:
     return (one, *rest)
 
 
-def stations_needed(measured: AbstractMeasured, between: bool) -> int:
+def stations_needed(measured: AbstractFeedback, between: bool) -> int:
     return max(1 + between, measured.stations_needed())
 
 
-def fits(controller: AbstractController, measured: AbstractMeasured):
+def fits(controller: AbstractController, measured: AbstractFeedback):
     """Faults of a controller that cannot take what is measured."""
     seen = jnp.zeros(measured.count())
     try:
@@ -54,7 +54,7 @@ def power(torque: Array, motions: tuple[Motion, ...], between: bool) -> Array:
     return torque * (speed - motions[1][1][5] if between else speed)
 
 
-def jumps_of(measured: AbstractMeasured) -> Float[Array, " n"]:
+def jumps_of(measured: AbstractFeedback) -> Float[Array, " n"]:
     """Instants at which a setpoint jumps."""
     parts = [x.jumps() for x in vars(measured).values() if isinstance(x, AbstractSchedule)]
     return jnp.concatenate([jnp.zeros(0), *parts])
@@ -77,7 +77,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     """
 
     controller: AbstractController
-    measured: AbstractMeasured = TwistOf()
+    measured: AbstractFeedback = TwistOf()
     actuator: Actuator = eqx.field(default_factory=ideal)
     between: bool = eqx.field(static=True, default=False)
     cutoff: Float[Array, ""] | None = parameter("rad/s", positive=True, optional=True, default=None)

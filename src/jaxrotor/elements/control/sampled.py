@@ -11,8 +11,8 @@ from ...core.parameter import parameter
 from ...core.protocol import AbstractAttachment, Motion, Sampled, Signalling, Timed, Vec6
 from .actuator import Actuator
 from .controller import AbstractController
+from .feedback import AbstractFeedback, TwistOf
 from .loop import fits, ideal, jumps_of, power, shared, stations_needed
-from .measured import AbstractMeasured, TwistOf
 
 
 class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
@@ -38,7 +38,7 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
 
     controller: AbstractController
     period: float = eqx.field(static=True)
-    measured: AbstractMeasured = TwistOf()
+    measured: AbstractFeedback = TwistOf()
     delay: float = eqx.field(static=True, default=0.0)
     actuator: Actuator = eqx.field(default_factory=ideal)
     noise: Float[Array, " k"] | None = parameter(

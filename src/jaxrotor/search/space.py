@@ -1,5 +1,6 @@
 """Where the search moves: one number `u` for each unknown, of a like size, 0 at the start."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import equinox as eqx
@@ -7,8 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..search.unknown import Kind, Unknown
-from .bench import Bench
+from ..core.arguments import mapping, number
+from ..core.errors import InputError
+from .instrumented import Instrumented
+from .unknown import Kind, Unknown
 
 
 def wrapped(angle: Any) -> Any:
@@ -30,7 +33,7 @@ class Space(eqx.Module):
     with_prior: tuple[int, ...] = eqx.field(static=True)
 
     @classmethod
-    def of(cls, bench: Bench, unknowns: tuple[Unknown, ...]) -> "Space":
+    def of(cls, bench: Instrumented, unknowns: tuple[Unknown, ...]) -> "Space":
         """Starts taken from the machine where none is given. Raises `InputError` for what is not there or
         does not fit."""
         found = []
@@ -83,11 +86,11 @@ class Space(eqx.Module):
         x = np.asarray(values, float)
         return np.where(self._is("circular"), wrapped(x), x)
 
-    def placed(self, bench: Bench, u: Float[Array, " n"]) -> Bench:
+    def placed(self, bench: Instrumented, u: Float[Array, " n"]) -> Instrumented:
         """The machine and its channels at a place of the search, ties followed."""
         return self.set(bench, self.values(u))
 
-    def set(self, bench: Bench, values: Any) -> Bench:
+    def set(self, bench: Instrumented, values: Any) -> Instrumented:
         """The machine and its channels with such `values` (n,), ties followed; raises `InputError` where
         known ones make no machine."""
         new: dict[str, Any] = {}
@@ -107,3 +110,24 @@ class Space(eqx.Module):
                 away = jnp.remainder(away + jnp.pi, 2 * jnp.pi) - jnp.pi
             found.append((away / self.prior_stds[i])[None])
         return found
+
+
+def place_of(space: Space, bench: Instrumented, start: Mapping[str, float]) -> Array:
+    """Where a start lies in the search; raises `InputError`."""
+    mapping(start, "starts: each")
+    wrong = [path for path in start if path not in space.paths]
+    if wrong:
+        raise InputError(
+            f"starts: `{wrong[0]}` is not looked for: name one of {', '.join(space.paths)}"
+        )
+    values = np.array(space.starts)
+    for path, value in start.items():
+        values[space.paths.index(path)] = number()(value, f"starts: `{path}`")
+    place = space.places(values)
+    if not np.isfinite(place).all():
+        path = space.paths[int(np.argmin(np.isfinite(place)))]
+        raise InputError(
+            f"starts: `{path}` cannot start at {start[path]:g}: it is out of its bounds"
+        )
+    space.set(bench, values)
+    return place

@@ -12,12 +12,12 @@ from ..core.parameter import as_float64, problems
 from ..machine.machine import Machine
 from ..machine.paths import field_of, resolve
 from ..machine.wiring import unknown
-from ..search.unknown import split_entry
 from ..sensors.channel import Channel
 from ..simulation.response import blank_run
+from .unknown import split_entry
 
 
-class Bench(eqx.Module):
+class Instrumented(eqx.Module):
     """`machine` and the `channels` that look at it, by name."""
 
     machine: Machine
@@ -72,7 +72,7 @@ class Bench(eqx.Module):
             raise InputError(f"`{path}`: there is no such entry: the shape is {np.shape(value)}")
         return value[entry]
 
-    def set(self, values: Mapping[str, Any]) -> "Bench":
+    def set(self, values: Mapping[str, Any]) -> "Instrumented":
         """Other values, by path; checked by the machine where they are known."""
         whole: dict[str, Any] = {}
         channels = dict(self.channels)
@@ -93,7 +93,7 @@ class Bench(eqx.Module):
                 )
             else:
                 whole[name] = value
-        return Bench(self.machine.set(whole) if whole else self.machine, channels)
+        return Instrumented(self.machine.set(whole) if whole else self.machine, channels)
 
     def unit(self, path: str) -> str:
         """SI unit of a parameter."""

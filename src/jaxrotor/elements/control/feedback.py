@@ -12,7 +12,7 @@ from ...core.protocol import Motion
 from ...profiles.schedule import AbstractSchedule, as_schedule
 
 
-class AbstractMeasured(Part):
+class AbstractFeedback(Part):
     """Measured values. One of your own needs `count`, `stations_needed` and `values`."""
 
     @abc.abstractmethod
@@ -28,7 +28,7 @@ class AbstractMeasured(Part):
         """From the motions of the loop's stations, in the order in which it was given them."""
 
 
-class TwistOf(AbstractMeasured):
+class TwistOf(AbstractFeedback):
     """The twist `phi_first - phi_second` (rad) and its rate (rad/s) between two of the loop's stations,
     counted from 0: two encoders and their difference."""
 
@@ -53,7 +53,7 @@ class TwistOf(AbstractMeasured):
             )
 
 
-class SpeedError(AbstractMeasured):
+class SpeedError(AbstractFeedback):
     """How much faster than `setpoint` (rad/s, a number or a schedule) a station of the loop turns: phi' less
     setpoint, one value."""
 
@@ -70,7 +70,7 @@ class SpeedError(AbstractMeasured):
         return (motions[self.station][1][5] - self.setpoint.value(t))[None]
 
 
-class RelativeStates(AbstractMeasured):
+class RelativeStates(AbstractFeedback):
     """For state feedback: of the loop's first `stations` but the last of them, the angles phi relative to
     that last one's (rad), then the speeds phi' relative to it (rad/s). A line in service turns: what is fed
     back is how it twists about its last station."""
