@@ -134,7 +134,7 @@ def main() -> None:
     pictures = {
         "characteristics": characteristics(found),
         "fit": channel_fits(found),
-        "profile": profile_curves(found, jr.profiles(found)),
+        "profile": profile_curves(found, jr.identification.likelihood_profiles(found)),
     }
     for name, picture in pictures.items():
         save_figure(picture, out / f"{name}.png")

@@ -76,7 +76,7 @@ def main() -> None:
         "fit": channel_fits(found),
         "correlation": correlations(found),
         "cost": costs(found),
-        "profile": profile_curves(found, jr.profiles(found)),
+        "profile": profile_curves(found, jr.identification.likelihood_profiles(found)),
     }
     for name, picture in pictures.items():
         save_figure(picture, out / f"{name}.png")

@@ -330,7 +330,7 @@ def functions(machine, model, response, found, record):
             dict(machine="machine", parameters="mapping", quantity="object", shaft="station",
                  drop="count", keep="count", phase="number", samples="count"),
         ),
-        "profiles": (
+        "likelihood_profiles": (
             dict(found=found),
             dict(found="object", reach="positive", points="count", iterations="count",
                  progress="flag"),

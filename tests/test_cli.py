@@ -19,6 +19,7 @@ import pytest
 import jaxrotor as jr
 from jaxrotor.commands.cli import main
 from jaxrotor.core.errors import SimulationFailed
+from jaxrotor.study import study
 
 STUDY = """
 title = "a disc on a shaft"
@@ -60,9 +61,9 @@ def place(tmp_path, monkeypatch):
     """A folder with a study, as the working directory; reports and drawings are stand-ins."""
     (tmp_path / "disc.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: FakeResponse())
+    monkeypatch.setattr(study, "simulate", lambda *_, **__: FakeResponse())
 
-    def write_report(study, response, folder, extra):
+    def write_report(study, response, folder, extra, draw=True):
         for name in ("peaks.png", "summary.json"):
             (Path(folder) / name).write_text(str(sorted(extra)))
         return []
@@ -74,9 +75,9 @@ def place(tmp_path, monkeypatch):
     figure = types.SimpleNamespace(
         savefig=lambda path, **_: Path(path).write_text(f"picture of {Path(path).name}")
     )
-    plot = types.ModuleType("jaxrotor.plot")
+    plot = types.ModuleType("jaxrotor.plot.machine")
     plot.draw_machine = lambda machine: figure
-    monkeypatch.setitem(sys.modules, "jaxrotor.plot", plot)
+    monkeypatch.setitem(sys.modules, "jaxrotor.plot.machine", plot)
     return tmp_path
 
 
@@ -153,11 +154,11 @@ def test_quiet_says_nothing(place, capsys):
 def test_a_folder_of_other_things_is_refused_before_the_run(place, monkeypatch, capsys):
     (place / "thesis").mkdir()
     (place / "thesis/chapter1.tex").write_text("words")
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr(study, "simulate", lambda *_, **__: pytest.fail("it ran"))
     assert main(["run", "disc.toml", "--out", "thesis"]) == 2
     said = capsys.readouterr().err
     assert "thesis" in said and "chapter1.tex" in said and "--force" in said
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: FakeResponse())
+    monkeypatch.setattr(study, "simulate", lambda *_, **__: FakeResponse())
     assert main(["run", "disc.toml", "--out", "thesis", "--force"]) == 0
     assert (place / "thesis/chapter1.tex").exists() and (place / "thesis/response.nc").exists()
 
@@ -188,7 +189,7 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
         (place / "results/disc/response.nc").write_text("earlier")
     before = everything(place)
     if when == "simulate":
-        monkeypatch.setattr(jr, "simulate", _interrupt)
+        monkeypatch.setattr(study, "simulate", _interrupt)
     elif when == "save":
         monkeypatch.setattr(FakeResponse, "save", _half_a_file)
     else:
@@ -201,13 +202,33 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
     assert said == "Interrupted: nothing was written."
 
 
+def test_ctrl_c_amid_the_figures_keeps_the_data(place, monkeypatch, capsys):
+    """A second one, while the summary is written, leaves nothing: the case "report" above."""
+    report = sys.modules["jaxrotor.commands.run_report"]
+    write, drawn = report.write_report, []
+
+    def once(*given, draw=True):
+        drawn.append(draw)
+        if draw:
+            raise KeyboardInterrupt
+        return write(*given)
+
+    monkeypatch.setattr(report, "write_report", once)
+    assert main(["run", "disc.toml"]) == 130
+    assert drawn == [True, False]
+    said = capsys.readouterr().err
+    assert "the figures are missing" in said and "results/disc/response.nc" in said
+    assert (place / "results/disc/response.nc").read_text() == "data"
+    assert (place / "results/disc/summary.json").exists()
+
+
 def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch, request):
     # stands for a compiled call: signals reach Python when it has ended, too late for a user
     def busy(*_, **__):
         _thread.interrupt_main()
         time.sleep(20)
 
-    monkeypatch.setattr(jr, "simulate", busy)
+    monkeypatch.setattr(study, "simulate", busy)
     # a shell's background job ignores the signal, and then nothing would be interrupted
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
@@ -232,10 +253,10 @@ def test_a_failed_simulation_keeps_what_it_had(place, monkeypatch, capsys, repor
     def fail(*_, **__):
         raise SimulationFailed("the run left the finite numbers at t = 0.7 s", FakeResponse())
 
-    monkeypatch.setattr(jr, "simulate", fail)
+    monkeypatch.setattr(study, "simulate", fail)
     if not report_too:
 
-        def no_report(*_):
+        def no_report(*_, **__):
             raise ValueError("nothing to draw")
 
         monkeypatch.setattr(sys.modules["jaxrotor.commands.run_report"], "write_report", no_report)
@@ -251,7 +272,7 @@ def test_a_failed_simulation_keeps_what_it_had(place, monkeypatch, capsys, repor
 
 
 def test_figures_that_fail_do_not_cost_the_data(place, monkeypatch, capsys):
-    def no_report(*_):
+    def no_report(*_, **__):
         raise ValueError("a bug in a figure")
 
     monkeypatch.setattr(sys.modules["jaxrotor.commands.run_report"], "write_report", no_report)
@@ -263,7 +284,7 @@ def test_figures_that_fail_do_not_cost_the_data(place, monkeypatch, capsys):
 
 
 def test_check_runs_nothing(place, monkeypatch, capsys):
-    monkeypatch.setattr(jr, "simulate", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr(study, "simulate", lambda *_, **__: pytest.fail("it ran"))
     assert main(["check", "disc.toml"]) == 0
     said = capsys.readouterr().out
     assert "1 Rotor, 1 Shaft, 1 PrescribedSpin" in said

@@ -112,7 +112,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
     measure(jr.load("rig.toml"))
     (place / "run.csv").write_text("rig 2, test 7\n" + (place / "run.csv").read_text())
     summary, seen = place / "results/rig_identify/summary.json", []
-    identify, profiles = identified.identify, identified.profiles
+    identify, profiles = identified.identify, identified.likelihood_profiles
 
     def found(**asked):
         seen.append(identify(**asked))
@@ -123,7 +123,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
         return profiles(*given, **more)
 
     monkeypatch.setattr(identified, "identify", found)
-    monkeypatch.setattr(identified, "profiles", after_writing)
+    monkeypatch.setattr(identified, "likelihood_profiles", after_writing)
     assert main(["identify", "rig.toml"]) == 0
     assert not seen[1]["interrupted"]
     assert seen[1]["parameters"]["support.stiffness[0]"].keys() >= {"value", "std", "interval_95"}
@@ -160,7 +160,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
         "rig_identified.toml",
     }
     monkeypatch.setattr(identified, "identify", lambda **_: seen[0])
-    monkeypatch.setattr(identified, "profiles", raising(profiles, 1))
+    monkeypatch.setattr(identified, "likelihood_profiles", raising(profiles, 1))
     assert main(["identify", "rig.toml"]) == 130
     said = capsys.readouterr().err
     assert "the estimates are in results/rig_identify/, without profiles" in said

@@ -92,7 +92,7 @@ def test_linear_least_squares(linear, exact):
 
 
 def test_profile_of_a_linear_model_is_straight(linear):
-    for path, curve in jr.profiles(linear).items():
+    for path, curve in jr.identification.likelihood_profiles(linear).items():
         away = (curve.values - linear.values[path]) / linear.std[path]
         np.testing.assert_allclose(away, [-3, -2, -1, 0, 1, 2, 3], atol=1e-7)
         np.testing.assert_allclose(curve.root, away, atol=1e-4)
@@ -107,7 +107,7 @@ def test_profile_of_a_linear_model_is_straight(linear):
 
 def test_profile_of_one_parameter_is_its_misfit(bent, measured):
     """... whatever its shape."""
-    curve = jr.profiles(bent, points=4, reach=4.0)[STIFFNESS]
+    curve = jr.identification.likelihood_profiles(bent, points=4, reach=4.0)[STIFFNESS]
     least = misfit(measured, bent.values[STIFFNESS])
     for value, root in zip(curve.values, curve.root):
         assert root**2 == pytest.approx(misfit(measured, value) - least, rel=1e-6, abs=1e-8)
@@ -209,14 +209,14 @@ def test_an_adaptive_solver_goes_both_ways(measured):
 
 def test_refused(linear, bent, measured):
     with pytest.raises(jr.InputError, match="`d.mass`: is not looked for: name one of gravity"):
-        jr.profiles(linear, ["d.mass"])
+        jr.identification.likelihood_profiles(linear, ["d.mass"])
     with pytest.raises(jr.InputError, match="chains must be 2 or more, but is 1"):
         jr.identification.posterior(bent, 10, chains=1)
     twice = [jr.Unknown("gravity[2]"), jr.Unknown("a.sensitivity")]
     still = {"a": jr.Channel(SENSOR["a"].sensor, noise=jr.sensors.Noise(NOISE))}
     blind = jr.identify(slider(), twice, still, trial(measured))
     with pytest.raises(jr.InputError, match="the data cannot see .* no profile|cannot see it"):
-        jr.profiles(blind, ["gravity[2]"])
+        jr.identification.likelihood_profiles(blind, ["gravity[2]"])
     with pytest.raises(jr.InputError, match="its posterior has no end"):
         jr.identification.posterior(blind)
 
@@ -224,7 +224,7 @@ def test_refused(linear, bent, measured):
 def test_figures(linear):
     from jaxrotor.plot.identification import posteriors, profile_curves
 
-    picture = profile_curves(linear, jr.profiles(linear))
+    picture = profile_curves(linear, jr.identification.likelihood_profiles(linear))
     assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
     drawn = jr.identification.posterior(linear, 50, warmup=20)
     with pytest.raises(jr.InputError, match="level must be between 0 and 1"):

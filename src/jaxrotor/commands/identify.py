@@ -11,7 +11,7 @@ from ..core.files import check_folder, folder_written_whole, save_json
 from ..identification.identification import Identification
 from ..identification.identify import asked, identify
 from ..identification.measured_run import MeasuredRun
-from ..identification.profile import Profile, profiles
+from ..identification.profile import LikelihoodProfile, likelihood_profiles
 from ..sensors.read import read_record
 from ..study.study import Study
 from .options import study_name
@@ -68,13 +68,13 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
     check_folder(folder, force)  # before the search, which may take long
     found = identify_study(study, progress=False if quiet else None)
     assert study.identify is not None
-    curves: dict[str, Profile] = {}
+    curves: dict[str, LikelihoodProfile] = {}
     by_profile = _write(study, found, curves, folder, force)
     if study.identify.profile and not found.interrupted:
         blind = {path for direction in found.blind for path in direction}
         seen = [path for path in found.paths if path not in blind]
         try:
-            curves = profiles(found, seen, progress=False if quiet else None)
+            curves = likelihood_profiles(found, seen, progress=False if quiet else None)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"the estimates are in {folder}/, without profiles") from None
         by_profile = _write(study, found, curves, folder, True)
@@ -93,7 +93,11 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
 
 
 def _write(
-    study: Study, found: Identification, curves: dict[str, Profile], folder: Path, force: bool
+    study: Study,
+    found: Identification,
+    curves: dict[str, LikelihoodProfile],
+    folder: Path,
+    force: bool,
 ) -> dict[str, tuple[float, float]]:
     """Everything that is known so far, into the folder; returns the intervals by profile."""
     from ..plot.identification import channel_fits, correlations, costs, profile_curves

@@ -15,7 +15,7 @@ from .identification import Identification
 from .identify import Stage, identify
 from .measured_run import MeasuredRun
 from .posterior import Posterior, posterior
-from .profile import Profile, profiles
+from .profile import LikelihoodProfile, likelihood_profiles
 
 __all__ = [
     "AbstractDomain",
@@ -25,7 +25,7 @@ __all__ = [
     "Identification",
     "Orders",
     "Posterior",
-    "Profile",
+    "LikelihoodProfile",
     "Replicas",
     "Stage",
     "Time",
@@ -38,7 +38,7 @@ __all__ = [
     "modal_balance",
     "phasor",
     "posterior",
-    "profiles",
+    "likelihood_profiles",
 ]
 
 

@@ -16,7 +16,7 @@ from .identification import Identification
 
 
 @dataclasses.dataclass(frozen=True)
-class Profile:
+class LikelihoodProfile:
     """Of one parameter: `values` (k,), rising, and `root` (k,): the root of the growth of twice the cost at
     each, in standard deviations of the noise, negative below the estimate. For a linear model it is
     (value - estimate) / std, a straight line. `unit`: of the values. `std`: by the curvature at the optimum.
@@ -46,7 +46,7 @@ def _crossing(root: np.ndarray, values: np.ndarray, reach: float) -> float | Non
 
 
 @takes(reach=positive(), points=whole(1), iterations=whole(1))
-def profiles(
+def likelihood_profiles(
     found: Identification,
     paths: Sequence[str] | None = None,
     *,
@@ -54,7 +54,7 @@ def profiles(
     points: int = 3,
     iterations: int = 6,
     progress: bool | None = None,
-) -> dict[str, Profile]:
+) -> dict[str, LikelihoodProfile]:
     """The profile of each parameter (of `paths`), `points` on either side up to `reach` standard deviations,
     searched in one batch for each parameter.
 
@@ -94,7 +94,7 @@ def profiles(
         searched = found.space.values(jnp.stack([fit.u for fit in fits]))
         values = (np.asarray(searched) + found.turns)[:, i]
         middle = len(steps) // 2
-        result[path] = Profile(
+        result[path] = LikelihoodProfile(
             path,
             found.units[i],
             np.insert(values, middle, found.values[path]),

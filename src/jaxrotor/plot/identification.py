@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator
 
 from ..identification.identification import Identification
 from ..identification.posterior import Posterior
-from ..identification.profile import Profile
+from ..identification.profile import LikelihoodProfile
 from .style import COLOURS, GREY, figure, label, legend
 
 
@@ -71,7 +71,7 @@ def costs(found: Identification) -> Figure:
     return fig
 
 
-def profile_curves(found: Identification, curves: Mapping[str, Profile]) -> Figure:
+def profile_curves(found: Identification, curves: Mapping[str, LikelihoodProfile]) -> Figure:
     """How twice the cost grows away from each estimate; dashed what its standard deviation makes one expect.
     Where the two part the interval is lopsided, or open."""
     fig, axes = _panels(len(curves))
