@@ -346,7 +346,7 @@ def test_no_whirl_at_an_undamped_critical_speed():
             prescribed={"d": {"phi": jr.ConstantSpeed(speed)}},
         )
 
-    with pytest.raises(jr.InputError, match="without damping a mode is in resonance"):
+    with pytest.raises(jr.ConvergenceError, match="without damping a mode is in resonance"):
         jr.simulate(machine(100.0), 0.01, 1000.0, "steady")
     run = jr.simulate(machine(100.001), 0.01, 1000.0, "steady")["d"]
     w = 100.001

@@ -296,7 +296,7 @@ def test_a_store_whose_questions_are_damaged_is_refused(tmp_path, whole, harm, p
     shutil.copytree(whole, path)
     harm(path / place)
     with pytest.raises(
-        jr.InputError, match="is a damaged store|is no store of a sweep|another sweep"
+        (jr.StoreError, jr.InputError), match="is a damaged store|is no store of a sweep|another sweep"
     ):
         jr.sweep(**asked(), store=path)
 
@@ -340,14 +340,14 @@ def test_what_is_no_store_is_refused(tmp_path):
     (tmp_path / "torn").mkdir()
     (tmp_path / "torn" / "zarr.json").write_text('{"zarr_format"')
     for name in (".", "notes.txt", "other", "other/group", "torn"):
-        with pytest.raises(jr.InputError, match="is no store of a sweep: choose another folder"):
+        with pytest.raises(jr.StoreError, match="is no store of a sweep: choose another folder"):
             jr.sweep(**asked(), store=tmp_path / name)
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_without_zarr(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "zarr", None)
-    with pytest.raises(jr.InputError, match=r'pip install "jaxrotor\[sweep\]"'):
+    with pytest.raises(jr.MissingExtraError, match=r'pip install "jaxrotor\[sweep\]"'):
         jr.sweep(**asked(), store=tmp_path / "store")
 
 
@@ -373,12 +373,12 @@ def test_a_disk_that_refuses(tmp_path, monkeypatch, number, sentence, whole):
         return put(*arguments, **named)
 
     monkeypatch.setattr(_local, "_put", full)
-    with pytest.raises(jr.InputError, match=sentence) as caught:
+    with pytest.raises(jr.StoreError, match=sentence) as caught:
         jr.sweep(**asked(), store=path)
     assert "before is whole" not in str(caught.value)
     assert not list(tmp_path.iterdir())
     room[0] = 75
-    with pytest.raises(jr.InputError, match=sentence) as caught:
+    with pytest.raises(jr.StoreError, match=sentence) as caught:
         jr.sweep(**asked(), store=path)
     assert "what was written before is whole" in str(caught.value)
     looked = xr.open_zarr(path, consolidated=False, chunks=None)
@@ -395,7 +395,7 @@ def test_a_disk_that_refuses(tmp_path, monkeypatch, number, sentence, whole):
 def test_a_folder_that_may_not_be_written_to(tmp_path):
     tmp_path.chmod(0o500)
     try:
-        with pytest.raises(jr.InputError, match="it may not be written to"):
+        with pytest.raises(jr.StoreError, match="it may not be written to"):
             jr.sweep(**asked(), store=tmp_path / "store")
     finally:
         tmp_path.chmod(0o700)

@@ -17,9 +17,13 @@ from . import (
 
 # errors
 from .core.errors import (
+    ConvergenceError as ConvergenceError,
     InputError as InputError,
+    JaxrotorError as JaxrotorError,
+    MissingExtraError as MissingExtraError,
     SimulationFailed as SimulationFailed,
     SimulationInterrupted as SimulationInterrupted,
+    StoreError as StoreError,
 )
 
 # elements of your own

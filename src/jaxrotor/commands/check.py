@@ -1,6 +1,6 @@
 """What `jaxrotor check` looks at beyond the study file itself."""
 
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError
 from ..study.study import Study
 from .identify import check_identify
 from .sweep import check_sweep
@@ -15,7 +15,7 @@ def check_study(study: Study) -> None:
             continue
         try:
             check(study)
-        except InputError as error:
+        except JaxrotorError as error:
             problems += error.problems
     if problems:
         raise InputError(*problems)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError, MissingExtraError, StoreError
 from ..core.interrupt import (
     INTERRUPTED,
     interrupted,
@@ -70,9 +70,10 @@ what `run` writes:
   summary.json   peaks, the speeds at which they occur, settings, versions, timings
   *.png          the figures
 
-exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed,
-what was computed before is kept; 130 stopped by Ctrl-C, SIGTERM or --time-limit: `run` keeps the samples,
-`identify` and `optimize` what they had found so far, `sweep` what it had run (see --resume).
+exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed
+(what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
+--time-limit: `run` keeps the samples, `identify` and `optimize` what they had found so far, `sweep` what it
+had run (see --resume).
 """
 
 _OPTIMIZE = """\
@@ -279,12 +280,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         }
         with time_limit(limit):
             return commands[given.command](given)
-    except InputError as error:
+    except JaxrotorError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         if len(error.problems) > 1:
             print(f"{len(error.problems)} problems; nothing was run.", file=sys.stderr)
-        return INPUT
+        return INPUT if isinstance(error, (InputError, MissingExtraError, StoreError)) else FAILED
     except KeyboardInterrupt as stopped:
         return _stopped(str(stopped), arguments is None)
     except OSError as error:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from .. import plot
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError
 from ..diagnostics.centreline import shaft_centreline
 from ..diagnostics.orbit import filtered_orbit, orbit
 from ..diagnostics.orders import order_tracking
@@ -71,7 +71,7 @@ def diagnosis(response: Response, wanted: Any) -> Figure:
     why, so that the rest of the report is not lost."""
     try:
         return _DRAW[wanted.kind](_Part(response, wanted))
-    except InputError as error:
+    except JaxrotorError as error:
         fig, axes = figure(1, 1, (9.0, 2.5))
         axes[0, 0].set_axis_off()
         axes[0, 0].set_title(wanted.title, fontsize=11, loc="left")

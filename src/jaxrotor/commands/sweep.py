@@ -10,7 +10,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError, MissingExtraError
 from ..core.files import check_folder, save_json
 from ..integrators.progress import interruptible
 from ..study.study import Study
@@ -55,7 +55,9 @@ def check_sweep(study: Study) -> None:
 
 def _check_zarr() -> None:
     if find_spec("zarr") is None:
-        raise InputError('sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"')
+        raise MissingExtraError(
+            'sweep: needs zarr, which is not installed: pip install "jaxrotor[sweep]"'
+        )
 
 
 def _asked(study: Study) -> Sweep:
@@ -162,7 +164,7 @@ def _back(folder: Path, aside: Path) -> None:
 def _kept(store: Path, aside: Path) -> str:
     try:
         state = state_of(store)
-    except InputError as error:
+    except JaxrotorError as error:
         return str(error)
     if state is None or not state[1]:
         return "nothing was written"

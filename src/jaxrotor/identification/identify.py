@@ -13,7 +13,7 @@ from jaxtyping import Array
 from tqdm import tqdm
 
 from ..core.arguments import listed, mapping, whole
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..machine.machine import Machine
@@ -165,7 +165,7 @@ def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
         fits = descend(in_reverse(problem), places, stage.optimiser, stage.iterations, bar)
     best = min(fits, key=lambda fit: np.inf if np.isnan(fit.costs[-1]) else fit.costs[-1])
     if not np.isfinite(best.costs[-1]):
-        raise InputError(
+        raise ConvergenceError(
             "no start leads to a run that stays finite: give other `start`s, or a smaller `step`"
         )
     return best

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from tqdm import tqdm
 
 from ..core.arguments import whole
-from ..core.errors import InputError
+from ..core.errors import InputError, MissingExtraError
 from ..core.gate import takes
 from ..search.space import Space
 from .identification import Identification
@@ -92,7 +92,7 @@ def posterior(
         from blackjax.adaptation.step_size import dual_averaging_adaptation
         from blackjax.diagnostics import effective_sample_size, potential_scale_reduction
     except ImportError:
-        raise InputError(
+        raise MissingExtraError(
             "the posterior needs BlackJAX: pip install 'jaxrotor[posterior]'"
         ) from None
     for name, value, least in (("draws", draws, 4), ("warmup", warmup, 1), ("chains", chains, 2)):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import InputError, MissingExtraError
 from ..core.parameter import as_float64
 from ..core.protocol import AbstractElement, AbstractStation
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
@@ -114,7 +114,7 @@ def _ross() -> Any:
     try:
         import ross  # pyright: ignore[reportMissingImports]
     except ImportError as error:
-        raise InputError(
+        raise MissingExtraError(
             f"ROSS cannot be imported ({error}): pip install 'jaxrotor[interop]'"
         ) from None
     return ross

@@ -10,7 +10,7 @@ import optax
 from tqdm import tqdm
 
 from ..core.arguments import listed, number, whole
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..machine.machine import Machine
@@ -100,7 +100,7 @@ def optimize(
     good = [bool(np.all(np.isfinite(first))) for first in firsts]
     if not any(good):
         said = _not_finite(np.asarray(firsts[0]), layout.sizes, [wanted, *constraints])
-        raise InputError(f"no start gives finite numbers: {said}")
+        raise ConvergenceError(f"no start gives finite numbers: {said}")
     terms = layout.begun(limits, firsts[int(np.argmax(good))], _PENALTY)
     bar = tqdm(
         total=iterations * sum(good),

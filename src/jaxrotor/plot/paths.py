@@ -65,11 +65,11 @@ def distances(response: Response, stations: list[str]) -> Figure:
 
 def _resting(response: Response, name: str) -> np.ndarray:
     """x and y under weight alone; the run's mean where there is no such rest."""
-    from ..core.errors import InputError
+    from ..core.errors import JaxrotorError
     from ..simulation.equilibrium import static_equilibrium
 
     try:
         state = static_equilibrium(response.machine)
         return np.asarray(state.position)[response.machine.wiring.stations.index(name), :2]
-    except InputError:
+    except JaxrotorError:
         return np.asarray(response[name].position[:, :2]).mean(0)

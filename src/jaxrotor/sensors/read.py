@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.arguments import path
 from ..core.document import read_document
-from ..core.errors import InputError
+from ..core.errors import InputError, MissingExtraError
 from ..core.gate import takes
 from ..core.units import known_unit, quantity, read, shown
 from ..machine.wiring import unknown
@@ -190,7 +190,7 @@ def _table(file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2) 
             with xarray.open_dataset(file, engine="h5netcdf") as data:
                 return data.load()
     except ImportError:
-        raise InputError(
+        raise MissingExtraError(
             f"`{file}`: reading Parquet needs pyarrow: pip install 'jaxrotor[data]'"
         ) from None
     except InputError:

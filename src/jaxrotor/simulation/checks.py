@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive
-from ..core.errors import InputError, SimulationFailed
+from ..core.errors import ConvergenceError, InputError, SimulationFailed
 from ..core.parameter import is_concrete, known, numbers
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -171,12 +171,12 @@ def judge(response: Response, initial, checks) -> None:
     if isinstance(initial, str) and initial in ("static", "running"):
         refuse_unbalanced(response.machine, checks)
     if isinstance(initial, str) and initial == "steady" and np.isinf(numbers(checks)):
-        raise InputError(
+        raise ConvergenceError(
             "no periodic whirl was found: without damping a mode is in resonance at this speed, and its "
             "motion grows with each turn: choose another speed, or give the machine damping"
         )
     if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
-        raise InputError(
+        raise ConvergenceError(
             f"no periodic whirl was found: after a turn the state differs by {numbers(checks):.1e} of "
             "its size; the torques on the line do not balance at this speed, or it is unstable there"
         )

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import known, numbers
@@ -112,7 +112,7 @@ def refuse_unbalanced(machine: Machine, rest: Float[Array, "n 6"]) -> None:
         return
     left = np.abs(values)
     if not np.all(np.isfinite(left)):
-        raise InputError(
+        raise ConvergenceError(
             "no static equilibrium was found: Newton's method left the finite numbers; start from "
             'initial="undeformed"'
         )

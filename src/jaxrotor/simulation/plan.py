@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive, whole
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import is_concrete, numbers
 from ..core.protocol import AbstractPrescribed
@@ -110,7 +110,7 @@ def plan(
         blame = None if math.isfinite(error) else not_finite(machine, instants)
         if blame:
             raise InputError(f"{blame} before anything moves: mend its law")
-        raise InputError(
+        raise ConvergenceError(
             f"no step was found that keeps the error below {tolerance:g}: at {substeps} steps a "
             f"sample the pilot still differs by {error:.1e}; raise the sample rate, or choose a "
             "solver for stiff nonlinearity such as jr.Rosenbrock()"

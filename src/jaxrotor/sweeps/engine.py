@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError
 from ..simulation.simulate import with_count
 from .batch import Outcome, Setup, run_batch, run_sharded, solves_as_it_runs
 
@@ -117,7 +117,7 @@ class DaskEngine(Engine):
         try:
             return future.result()
         except KilledWorker as error:
-            raise InputError(
+            raise JaxrotorError(
                 f"client: the workers died of a chunk, one after the other ({error}): give them more memory, "
                 "or take a smaller chunk"
             ) from error

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError
 from ..machine.machine import Machine
 from ..simulation.simulate import with_count
 from .batch import linear_part, member, placed
@@ -44,7 +44,9 @@ def batched(
     )
     if (substeps == NO_STEP).any():
         row = int((substeps == NO_STEP).argmax())
-        raise InputError(f"case {row + 1}: no step was found for it: give one, or leave it out")
+        raise ConvergenceError(
+            f"case {row + 1}: no step was found for it: give one, or leave it out"
+        )
     own = getattr(setup.solver, "linear_part", None) is not None
     if substeps.any():
         solver = with_count(setup.solver, int(substeps.max()))

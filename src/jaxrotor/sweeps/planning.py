@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import ConvergenceError, InputError
 from ..integrators.exponential import ETD4RK
 from ..machine.machine import Machine
 from ..objectives.peak import PeakValue
@@ -118,9 +118,9 @@ def _planned(setup: Setup, cases: Cases, t_end, rate, top, good) -> tuple[Plan, 
             return make_plan(
                 machine, t_end, rate, float(top[row]), order=_order(setup.solver)
             ), good
-        except InputError as found:
+        except (InputError, ConvergenceError) as found:
             error, good[row] = error or found, False
-    raise error if error else InputError("cases: none of them has a finite speed")
+    raise error if error else ConvergenceError("cases: none of them has a finite speed")
 
 
 def _reached(setup: Setup, cases: Cases, t_end, rate, top, good) -> np.ndarray:

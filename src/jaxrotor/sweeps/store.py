@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..core.errors import InputError
+from ..core.errors import InputError, JaxrotorError, MissingExtraError, StoreError
 from .planning import Steps
 
 # Attributes: what the sweep is of, which arrays are its results, the checksum of all others.
@@ -29,7 +29,7 @@ def _zarr():
     try:
         import zarr
     except ImportError:
-        raise InputError(
+        raise MissingExtraError(
             'store: needs zarr, which is not installed: pip install "jaxrotor[sweep]", or leave `store` out'
         ) from None
     return zarr
@@ -99,7 +99,7 @@ class Store:
         """`act()`, with whatever a damaged file leads to said in words."""
         try:
             return act()
-        except InputError:
+        except JaxrotorError:
             raise
         except Exception as error:
             raise _damage(self.path, error) from error
@@ -110,9 +110,9 @@ class Store:
             found = dict(_zarr().open_group(self.path, mode="r").attrs)
             return dict(json.loads(str(found[MARK])))
         except PermissionError:
-            raise InputError(f"`{self.path}`: may not be read: {remedy}") from None
+            raise StoreError(f"`{self.path}`: may not be read: {remedy}") from None
         except (OSError, ValueError, KeyError, TypeError):
-            raise InputError(f"`{self.path}`: is no store of a sweep: {remedy}") from None
+            raise StoreError(f"`{self.path}`: is no store of a sweep: {remedy}") from None
 
     def steps(self) -> tuple[Steps, int]:
         """As they were planned when the store was made, and the size of its chunks."""
@@ -197,7 +197,7 @@ class Store:
             if words is None:
                 words = f"{error.strerror or error}: choose another folder"
             begun = "; what was written before is whole" if self.group is not None else ""
-            raise InputError(f"`{self.path}`: {words}{begun}") from error
+            raise StoreError(f"`{self.path}`: {words}{begun}") from error
 
 
 def _checksum(arrays: dict[str, np.ndarray]) -> int:
@@ -209,9 +209,9 @@ def _checksum(arrays: dict[str, np.ndarray]) -> int:
     return total
 
 
-def _damage(path: Path, error: Exception) -> InputError:
+def _damage(path: Path, error: Exception) -> StoreError:
     first = (str(error).strip().splitlines() or [type(error).__name__])[0]
-    return InputError(
+    return StoreError(
         f"`{path}`: is a damaged store of a sweep ({first[:120]}): restore it from a copy, or remove it and "
         "begin anew"
     )
@@ -219,7 +219,7 @@ def _damage(path: Path, error: Exception) -> InputError:
 
 def state_of(path: Path) -> tuple[int, int] | None:
     """How many chunks of a store are done, and of how many; `None` where no sweep was begun. Raises
-    `InputError` where it is damaged."""
+    `StoreError` where it is damaged."""
     if not (path / "zarr.json").is_file():
         return None
     try:
@@ -227,7 +227,7 @@ def state_of(path: Path) -> tuple[int, int] | None:
         if MARK not in group.attrs or "done" not in group:
             return None
         done = np.asarray(group["done"][:])
-    except InputError:
+    except JaxrotorError:
         raise
     except Exception as error:
         raise _damage(path, error) from error

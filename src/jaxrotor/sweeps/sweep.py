@@ -14,7 +14,7 @@ import xarray as xr
 from tqdm import tqdm
 
 from ..core.arguments import mapping, number, path, positive, whole
-from ..core.errors import InputError
+from ..core.errors import InputError, StoreError
 from ..core.gate import either, takes
 from ..core.parameter import require_x64
 from ..integrators.exponential import ETD4RK, ExponentialAdams
@@ -119,7 +119,7 @@ def sweep(
         setup = _stepped(setup, cases, steps)
     _run_all(keep, engine, setup, cases, steps.substeps, size, progress)
     if keep.missing().size:
-        raise InputError(
+        raise StoreError(
             f"`{store}`: another process left {keep.missing().size} chunks undone: see what it says, "
             "then resume"
         )
