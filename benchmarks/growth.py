@@ -29,7 +29,7 @@ def line(stations: int) -> jr.Machine:
 
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft 1": shaft(left),
             "disc": jr.Rotor(8.0, 0.04, 0.022, unbalance=jr.Unbalance(1e-4)),
             "shaft 2": shaft(right),

@@ -49,13 +49,13 @@ def build(values=START) -> jr.Machine:
 
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft 1": shaft(0),
             "disc 1": jr.Rotor(32.58972765304033, 0.32956362089137037, 0.17808928257067666),
             "shaft 2": shaft(1),
             "disc 2": jr.Rotor(51.5252611115262, 0.8050822048675967, 0.42358058405433824),
             "shaft 3": shaft(2),
-            "right": jr.elements.Node(),
+            "right": jr.Node(),
         },
         attachments={"bearing 1": (bearing, "left"), "bearing 2": (bearing, "right")},
         fixed={"left": ("z", "phi")},

@@ -118,13 +118,13 @@ def test_a_very_short_section_hides_nothing():
     def machine(length):
         return jr.Machine.in_line(
             {
-                "a": jr.elements.Node(),
+                "a": jr.Node(),
                 "s1": jr.FiniteElementShaft(1.0, 0.01, material=steel, elements=1),
-                "n": jr.elements.Node(),
+                "n": jr.Node(),
                 "s2": jr.FiniteElementShaft(length, 0.01, material=steel, elements=1),
                 "disc": jr.Rotor(20.0, 0.1, 0.06),
                 "s3": jr.FiniteElementShaft(1.0, 0.01, material=steel, elements=1),
-                "b": jr.elements.Node(),
+                "b": jr.Node(),
             },
             fixed={"a": ("x", "y", "z"), "b": ("x", "y")},
         )
@@ -145,7 +145,7 @@ def pedestal(mass, held=("z", "psi", "theta", "phi")):
         {
             "disc": jr.Rotor(10.0, 0.1, 0.06),
             "film": jr.ElasticMatrix(film, np.zeros((12, 12))),
-            "pedestal": jr.elements.Node(),
+            "pedestal": jr.Node(),
             "mass": jr.AddedInertia(mass),
             "base": jr.LinearSupport([3e6, 3e6, 0, 0, 0, 0]),
         },

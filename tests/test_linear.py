@@ -49,9 +49,9 @@ def overhung(left, right):
 
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft 1": jr.FiniteElementShaft(1.0, 0.025, material=steel, elements=4),
-            "right": jr.elements.Node(),
+            "right": jr.Node(),
             "shaft 2": jr.FiniteElementShaft(0.5, 0.025, material=steel, elements=2),
             "disc": jr.Rotor(15.3, 0.12, 0.062),
         },
@@ -171,9 +171,9 @@ def test_a_spinning_timoshenko_shaft():
             )
     machine = jr.Machine.in_line(
         {
-            "a": jr.elements.Node(),
+            "a": jr.Node(),
             "shaft": jr.FiniteElementShaft(L, 2 * r, material=jr.Material(E, G, rho), elements=40),
-            "b": jr.elements.Node(),
+            "b": jr.Node(),
         },
         fixed={"a": ("x", "y", "z"), "b": ("x", "y")},
     )
@@ -210,9 +210,9 @@ def damped_overhung(x):
     )
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft 1": jr.FiniteElementShaft(x[7], x[8], material=steel, elements=2),
-            "right": jr.elements.Node(),
+            "right": jr.Node(),
             "shaft 2": jr.FiniteElementShaft(x[9], x[10], material=steel, elements=1),
             "disc": jr.Rotor(x[11], x[12], x[13]),
         },

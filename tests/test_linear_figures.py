@@ -31,9 +31,9 @@ def machine():
     """An overhung disc on a shaft with mass, in supports that differ along x and y."""
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft": jr.FiniteElementShaft(0.5, 0.03, elements=2),
-            "right": jr.elements.Node(),
+            "right": jr.Node(),
             "stub": jr.Shaft(0.2, 0.03),
             "disc": jr.Rotor(8.0, 0.08, 0.05),
         },
@@ -230,7 +230,7 @@ def test_gears_join_no_axis_to_another_and_branches_have_a_lane():
 def test_a_rotor_of_some_length_is_straight_between_its_ends():
     ends = jr.Rotor(2.0, 0.012, 0.008, ends=(0.03, 0.02))
     machine = jr.Machine.in_line(
-        {"a": jr.elements.Node(), "s": jr.FiniteElementShaft(0.4, 0.02, elements=1), "d": ends}
+        {"a": jr.Node(), "s": jr.FiniteElementShaft(0.4, 0.02, elements=1), "d": ends}
     )
     where = deflection.places(machine)
     amplitudes = np.zeros((2, 6), complex)

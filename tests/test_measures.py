@@ -604,7 +604,7 @@ def test_mass_of_shafts_with_mass(kind):
         {
             "left": jr.SelfAligningBearing(1.5, 1e6, 100.0),
             "shaft": kind([0.3, 0.2], [0.03, 0.04], 0.01, elements=3),
-            "node": jr.elements.Node(),
+            "node": jr.Node(),
             "more": kind(0.1, 0.02, elements=2),
             "body": jr.RigidBody(3.0, [0.01, 0.02, 0.025], [0.01, 0.0, 0.0]),
         },

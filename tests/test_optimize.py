@@ -399,7 +399,9 @@ def test_a_run_by_an_adaptive_solver():
 
 def test_no_finite_start():
     nothing = judged(lambda a, b, c, p: jnp.log(a - 2.0))
-    with pytest.raises(jr.ConvergenceError, match="no start gives finite numbers: `function` is nan"):
+    with pytest.raises(
+        jr.ConvergenceError, match="no start gives finite numbers: `function` is nan"
+    ):
         jr.optimize(MACHINE, POSITIVE[:1], nothing)
     # another start is fine, and the search stays among finite numbers
     edge = judged(lambda a, b, c, p: (a - 2.5) ** 2 - 0.1 * jnp.log(a - 2.0))

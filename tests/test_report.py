@@ -92,7 +92,7 @@ def test_shafts_of_several_parts_are_drawn_and_summed_up():
     station inside it where that station is."""
     shaft = jr.FiniteElementShaft([0.2, 0.1], [0.02, 0.03], [0.0, 0.01], [0.02, 0.02], elements=2)
     machine = jr.Machine.in_line(
-        {"a": jr.elements.Node(), "shaft": shaft, "b": jr.Rotor(1.0, 2e-3, 1e-3)},
+        {"a": jr.Node(), "shaft": shaft, "b": jr.Rotor(1.0, 2e-3, 1e-3)},
         {"foot": (jr.LinearSupport([1e6, 1e6, 1e6, 1e3, 1e3, 0]), "shaft.3")},
     )
     where = positions(machine)

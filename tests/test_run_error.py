@@ -125,7 +125,9 @@ def test_no_whirl_in_an_undamped_resonance():
         attachments={"s": (support, "disc")},
         prescribed={"disc": {"phi": jr.ConstantSpeed(1000.0)}},
     )
-    with pytest.raises(jr.ConvergenceError, match="without damping a mode is in resonance at this speed"):
+    with pytest.raises(
+        jr.ConvergenceError, match="without damping a mode is in resonance at this speed"
+    ):
         jr.simulate(machine, 0.02, 1000.0, initial="steady", step=1e-3)
 
 

@@ -28,7 +28,7 @@ def frequencies(machine, speed=0.0):
     return np.sort(roots.imag[roots.imag > 1.0])
 
 
-def bar(kind, elements, ends=(jr.elements.Node, jr.elements.Node), fixed=None, **options):
+def bar(kind, elements, ends=(jr.Node, jr.Node), fixed=None, **options):
     return jr.Machine.in_line(
         {
             "a": ends[0](),
@@ -142,13 +142,13 @@ def two_disc(kind=jr.FiniteElementShaft, elements=2):
     }
     return jr.Machine.in_line(
         {
-            "left": jr.elements.Node(),
+            "left": jr.Node(),
             "shaft 1": shaft["shaft 1"],
             "disc 1": disc(0.28, 0.05, 0.07),
             "shaft 2": shaft["shaft 2"],
             "disc 2": disc(0.35, 0.05, 0.07),
             "shaft 3": shaft["shaft 3"],
-            "right": jr.elements.Node(),
+            "right": jr.Node(),
         },
         attachments={
             f"bearing {s}": (jr.LinearSupport([1e6, 1e6, 0, 0, 0, 0]), s) for s in ("left", "right")
@@ -179,19 +179,19 @@ def test_stepped_and_tapered():
     axial frequencies of a fixed-free cone: tan(k L) = -k L/(d_1/d_0 - 1)."""
     stepped = jr.Machine.in_line(
         {
-            "a": jr.elements.Node(),
+            "a": jr.Node(),
             "s": jr.FiniteElementShaft([0.2, 0.3], [0.02, 0.03], [0.0, 0.01], elements=3),
-            "b": jr.elements.Node(),
+            "b": jr.Node(),
         },
         fixed=CLAMPED,
     )
     apart = jr.Machine.in_line(
         {
-            "a": jr.elements.Node(),
+            "a": jr.Node(),
             "s": jr.FiniteElementShaft(0.2, 0.02, elements=3),
-            "step": jr.elements.Node(),
+            "step": jr.Node(),
             "t": jr.FiniteElementShaft(0.3, 0.03, 0.01, elements=3),
-            "b": jr.elements.Node(),
+            "b": jr.Node(),
         },
         fixed=CLAMPED,
     )
@@ -199,9 +199,9 @@ def test_stepped_and_tapered():
 
     cone = jr.Machine.in_line(
         {
-            "a": jr.elements.Node(),
+            "a": jr.Node(),
             "s": jr.FiniteElementShaft(L, 0.04, end_diameter=0.02, material=BAR, elements=24),
-            "b": jr.elements.Node(),
+            "b": jr.Node(),
         },
         fixed=CLAMPED,
     )
@@ -219,9 +219,9 @@ def test_sag_and_weight():
     for kind in (jr.FiniteElementShaft, jr.RigidElementShaft):
         machine = jr.Machine.in_line(
             {
-                "a": jr.elements.Node(),
+                "a": jr.Node(),
                 "s": kind(L, 2 * R, material=BAR, elements=8, shear=False),
-                "b": jr.elements.Node(),
+                "b": jr.Node(),
             },
             fixed=PINNED,
             gravity=(0, -9.81, 0),
@@ -419,7 +419,7 @@ def test_bad_shafts(change, sentence):
     given = dict(s=jr.FiniteElementShaft(0.1, 0.02), fixed=None, attachments=None) | change
     with pytest.raises(jr.InputError, match=sentence):
         jr.Machine.in_line(
-            {"a": jr.elements.Node(), "s": given["s"], "b": jr.elements.Node()},
+            {"a": jr.Node(), "s": given["s"], "b": jr.Node()},
             given["attachments"],
             fixed=given["fixed"],
         )

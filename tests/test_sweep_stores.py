@@ -296,7 +296,8 @@ def test_a_store_whose_questions_are_damaged_is_refused(tmp_path, whole, harm, p
     shutil.copytree(whole, path)
     harm(path / place)
     with pytest.raises(
-        (jr.StoreError, jr.InputError), match="is a damaged store|is no store of a sweep|another sweep"
+        (jr.StoreError, jr.InputError),
+        match="is a damaged store|is no store of a sweep|another sweep",
     ):
         jr.sweep(**asked(), store=path)
 

@@ -229,11 +229,11 @@ def test_map_over_support_stiffness():
         support = jr.LinearSupport([k, 2 * k, 0, 0, 0, 0], [500.0, 500.0, 0, 0, 0, 0])
         return jr.Machine.in_line(
             {
-                "left": jr.elements.Node(),
+                "left": jr.Node(),
                 "shaft 1": jr.FiniteElementShaft(0.5, 0.05, material=steel, elements=1),
                 "disc": jr.Rotor(30.0, 0.33, 0.178),
                 "shaft 2": jr.FiniteElementShaft(0.8, 0.05, material=steel, elements=2),
-                "right": jr.elements.Node(),
+                "right": jr.Node(),
             },
             attachments={"b1": (support, "left"), "b2": (support, "right")} if k else None,
             fixed={"left": ("z",)} | options,
@@ -285,7 +285,7 @@ def test_the_lowest_modes_of_many():
     """Shift and invert against all eigenvalues, on a shaft of 40 elements with rigid-body motions free."""
     machine = jr.Machine.in_line(
         {
-            "a": jr.elements.Node(),
+            "a": jr.Node(),
             "shaft": jr.FiniteElementShaft(1.5, 0.05, elements=40, rayleigh=(2.0, 1e-6)),
             "b": jr.Rotor(20.0, 0.2, 0.12),
         },

@@ -5,8 +5,10 @@
 
 What a script starts with stands here; the rest by what it is: `jr.elements`, `jr.profiles`, `jr.linear`,
 `jr.diagnostics`, `jr.sensors`, `jr.identification`, `jr.objectives`, `jr.optimization`, `jr.sweeps`,
-`jr.plot`, `jr.protocols` (to write elements of your own) and `jr.interop`.
+`jr.simulation`, `jr.integrators`, `jr.plot`, `jr.protocols` (to write elements of your own) and `jr.interop`.
 """
+
+from typing import Any
 
 import lazy_loader
 
@@ -18,7 +20,7 @@ if _interrupt.is_command_line():
 _attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     if name == "__version__":
         from importlib.metadata import PackageNotFoundError, version
 
@@ -26,4 +28,22 @@ def __getattr__(name: str):
             return version("jaxrotor")
         except PackageNotFoundError:
             return "(not installed)"
-    return _attached(name)
+    try:
+        return _attached(name)
+    except AttributeError as error:
+        place = "" if name.startswith("_") else _place_of(name)
+        raise AttributeError(f"{error}{place}", name=name) from None
+
+
+def _place_of(name: str) -> str:
+    """Where a name stands that is not here."""
+    from importlib import import_module
+    from types import ModuleType
+
+    for room in __all__:
+        module = _attached(room) if room.islower() else None
+        if isinstance(module, ModuleType) and name in getattr(
+            import_module(module.__name__), "__all__", ()
+        ):
+            return f": it is jr.{room}.{name}"
+    return ""

@@ -2,17 +2,23 @@
 
 from ..core.errors import InputError, JaxrotorError
 from ..study.study import Study
-from .identify import check_identify
-from .sweep import check_sweep
 
 
 def check_study(study: Study) -> None:
     """Raises `InputError` with all that `identify` and `sweep` refuse before they run anything, files that
     their sections name among it. What `optimize` refuses `load` has refused already."""
+    # what no section asks for is not loaded: most studies are checked in a second
     problems: list[str] = []
-    for section, check in ((study.identify, check_identify), (study.sweep, check_sweep)):
-        if section is None:
-            continue
+    checks = []
+    if study.identify is not None:
+        from .identify import check_identify
+
+        checks.append(check_identify)
+    if study.sweep is not None:
+        from .sweep import check_sweep
+
+        checks.append(check_sweep)
+    for check in checks:
         try:
             check(study)
         except JaxrotorError as error:

@@ -5,7 +5,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.signal
 from jaxtyping import Array, Float
 
 _NODES = 8  # points of the polynomial between samples
@@ -38,6 +37,8 @@ def low_pass(
 ) -> Float[Array, " nt"]:
     """Butterworth low-pass of `order` with its -3 dB at `cutoff` (Hz), started from rest at the first
     value. Exact for a signal that is straight between samples (first-order hold)."""
+    import scipy.signal  # takes as long to load as all the rest of a check
+
     polynomials: Any = scipy.signal.butter(order, 1.0, analog=True)
     A, B, C, _ = scipy.signal.tf2ss(*polynomials)
     s = 2 * jnp.pi * cutoff * interval  # the filter's own time per sample

@@ -2,10 +2,18 @@
 
 from .cases import Cases
 from .outputs import OverSpeed, TimeSeries
-from .sensitivity import local_slopes, sobol_indices
+from .sensitivity import local_slopes, rank_regression, sobol_indices
 from .sweep import sweep
 
-__all__ = ["Cases", "OverSpeed", "TimeSeries", "local_slopes", "sobol_indices", "sweep"]
+__all__ = [
+    "Cases",
+    "OverSpeed",
+    "TimeSeries",
+    "local_slopes",
+    "rank_regression",
+    "sobol_indices",
+    "sweep",
+]
 
 
 def __dir__() -> list[str]:
