@@ -112,8 +112,9 @@ def plan(
             raise InputError(f"{blame} before anything moves: mend its law")
         raise ConvergenceError(
             f"no step was found that keeps the error below {tolerance:g}: at {substeps} steps a "
-            f"sample the pilot still differs by {error:.1e}; raise the sample rate, or choose a "
-            "solver for stiff nonlinearity such as jr.Rosenbrock()"
+            f"sample the pilot still differs by {error:.1e}; raise the sample rate, give "
+            "shafts without damping some (rayleigh=..., their short waves ring for ever), or choose a solver "
+            "for stiff nonlinearity such as jr.Rosenbrock()"
         )
     return Plan(substeps, order, 0.5 * top, top, error, tolerance)
 
