@@ -82,7 +82,7 @@ CONTROLLERS = {
 CHAINS = {
     "ideal": ({}, lambda s: 1.0),
     "lag and filter": (
-        dict(actuator=jr.elements.Actuator(bandwidth=LAG), cutoff=CUT),
+        dict(actuator=jr.elements.Actuator(bandwidth=LAG), cutoff=CUT / (2 * np.pi)),
         lambda s: butterworth(s) * LAG / (s + LAG),
     ),
     "delay and lag": (

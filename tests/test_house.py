@@ -1,7 +1,14 @@
-"""The architecture: arrows between rooms go down, and the map in CONTRIBUTING.md is that of the imports."""
+"""The architecture and its face: arrows go down, the map in CONTRIBUTING.md is true, names are found."""
 
 import importlib.util
+import inspect
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
+
+import jaxrotor as jr
 
 ROOT = Path(__file__).parents[1]
 spec = importlib.util.spec_from_file_location("house", ROOT / "docs" / "house.py")
@@ -30,3 +37,34 @@ def test_files_are_read_at_a_sitting():
         f: n for f in house.SOURCE.rglob("*.py") if (n := len(f.read_text().splitlines())) > 500
     }
     assert not long
+
+
+def test_the_face_can_be_read():
+    """What a script starts with, and where the rest is."""
+    assert len(jr.__all__) + 1 < 120 and set(jr.__all__) <= set(dir(jr))
+    rooms = [getattr(jr, name) for name in jr.__all__ if inspect.ismodule(getattr(jr, name))]
+    for room in rooms:
+        assert all(hasattr(room, name) for name in room.__all__), room
+    # a class has one name alone, and one that stands lower tells where
+    with pytest.raises(AttributeError, match=r"it is jr\.sensors\.Twist"):
+        jr.Twist  # noqa: B018
+    with pytest.raises(AttributeError, match="No jaxrotor attribute Rotar$"):
+        jr.Rotar  # noqa: B018
+    assert jr.__version__.count(".") == 2
+
+
+def test_no_name_hides_another():
+    rooms = [name for name in jr.__all__ if inspect.ismodule(getattr(jr, name))]
+    below = {name for room in rooms for name in getattr(jr, room).__all__}
+    assert not below & set(rooms)
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys\nfrom jaxrotor.commands.cli import main\nassert main([]) == 0\n"
+        "heavy = {'jax', 'numpy', 'scipy', 'matplotlib', 'xarray'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "jaxrotor run" in done.stdout

@@ -70,7 +70,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     - `measured`: by default the twist between the first two stations and its rate.
     - `actuator`: limit, lag, delay; ideal by default.
     - `between`: whether the second station bears the reaction; else the ground does.
-    - `cutoff`: rad/s, of a second-order Butterworth low-pass on every measured value; none by default.
+    - `cutoff`: Hz, of a second-order Butterworth low-pass on every measured value; none by default.
 
     Stations are named where it is attached: `(ActiveTorque(PD(damping=0.5)), ("main", "end"))`.
     Signals: `torque` on the first station and `wanted` (N·m), `power` put into the shaft (W).
@@ -80,7 +80,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     measured: AbstractFeedback = TwistOf()
     actuator: Actuator = eqx.field(default_factory=ideal)
     between: bool = eqx.field(static=True, default=False)
-    cutoff: Float[Array, ""] | None = parameter("rad/s", positive=True, optional=True, default=None)
+    cutoff: Float[Array, ""] | None = parameter("Hz", positive=True, optional=True, default=None)
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m", "wanted": "N*m", "power": "W"}
 
@@ -98,7 +98,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
         seen, wanted, inner, driven = self._parts(t, motions, state)
         parts = []
         if self.cutoff is not None:
-            w, y, rate = self.cutoff, seen, state[seen.shape[0] : 2 * seen.shape[0]]
+            w, y, rate = 2 * jnp.pi * self.cutoff, seen, state[seen.shape[0] : 2 * seen.shape[0]]
             raw = self.measured.values(t, motions)
             # the second state is the rate over w: of the size of what is seen
             parts = [w * rate, w * (raw - y) - jnp.sqrt(2.0) * w * rate]
