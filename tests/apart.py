@@ -7,9 +7,10 @@ import jaxrotor as jr
 NOTHING = jr.ElasticMatrix(np.zeros((12, 12)), np.zeros((12, 12)))
 
 
-def apart(attachments, inertia):
+def apart(attachments, inertia, fixed=()):
     """A free rotor for each attachment, of its name: `{"fan": jr.FanLoad(...)}`, or a tuple of
-    attachments that act on the same rotor. `inertia`: polar, kg·m², for all or one for each."""
+    attachments that act on the same rotor. `inertia`: polar, kg·m², for all or one for each. `fixed`:
+    what all are held in; work on the weights of a run goes with the cube of what is free."""
     line, attached = {}, {}
     inertias = np.broadcast_to(inertia, len(attachments))
     for (name, parts), polar in zip(attachments.items(), inertias):
@@ -18,7 +19,8 @@ def apart(attachments, inertia):
         line[name] = jr.Rotor(1.0, polar, 0.6 * polar)
         parts = parts if isinstance(parts, tuple) else (parts,)
         attached |= {f"{name}: {type(p).__name__}": (p, name) for p in parts}
-    return jr.Machine.in_line(line, attachments=attached)
+    held = {name: fixed for name in attachments} if fixed else None
+    return jr.Machine.in_line(line, attachments=attached, fixed=held)
 
 
 def spinning(speeds):

@@ -8,7 +8,8 @@ from jax.flatten_util import ravel_pytree
 
 import jaxrotor as jr
 
-STEP = 2.5e-4
+# one step a sample: several would be written out one behind the other, and compiled so
+STEP = 1e-3
 
 
 def scalar(machine):

@@ -107,6 +107,12 @@ def test_without_noise(found):
     assert found.blind == ()
 
 
+def test_plans_of_other_values_are_equal():
+    """So programs that hold a plan are compiled once for all starts of a search."""
+    one, two = (jr.plan(machine, END, RATE) for machine in (rotor(), wrong()))
+    assert one.error != two.error and one == two and hash(one) == hash(two)
+
+
 def test_slopes_are_those_of_central_differences(found):
     from jaxrotor.identification.simulated import records, records_and_slopes
 

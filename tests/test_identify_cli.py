@@ -294,7 +294,7 @@ def test_refused(place, capsys, change, words):
     assert not (place / "results").exists()
 
 
-CSV = "t,X1\n" + "\n".join(f"{k},{k % 7}" for k in range(40))
+CSV = "t,X1\n" + "".join(f"{k},{k % 7}\n" for k in range(40))
 # what is wrong: in the study, in the record's description, in its table
 SOUND = ("", "")
 

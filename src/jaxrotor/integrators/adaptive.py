@@ -55,6 +55,9 @@ def adaptive_samples(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
         )
     options: dict[str, Any] = {} if adjoint is None else dict(adjoint=adjoint)
+    # a function of its own within the program: solver and adjoint go through their loops many times
+    field = jax.jit(terms.vf)
+    terms = diffrax.ODETerm(lambda t, y, args: field(t, y, args))  # pyright: ignore
 
     def solve(start, end, y, saveat):
         return diffrax.diffeqsolve(

@@ -6,6 +6,7 @@ elements' internal states. The order inside `u` is the layout's; `pack` and `eva
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -71,6 +72,12 @@ def relative_field(
 
     `applied`: further generalized forces on the nodes of stations with mass.
     """
+    return _relative_field(t, y, system, reference, applied)
+
+
+@eqx.filter_jit
+def _relative_field(t, y, system: System, reference: Reference, applied) -> Array:
+    """A function of its own within any program: all that ask for it, and all derivatives, trace it once."""
     u, s, z = unpack(t, y, system, reference)
     ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
     return _flat_rates(s, ev, system, reference)

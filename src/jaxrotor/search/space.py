@@ -63,7 +63,10 @@ class Space(eqx.Module):
 
     def values(self, u: Any) -> Float[Array, "*b n"]:
         """The parameters at places of the search."""
-        u = jnp.asarray(u)
+        return self._values(jnp.asarray(u))
+
+    @eqx.filter_jit
+    def _values(self, u: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         bounded, positive = self._is("bounded"), self._is("positive")
         ratio = jnp.where(bounded, (high - self.starts) / (self.starts - low), 1.0)
@@ -74,7 +77,10 @@ class Space(eqx.Module):
 
     def places(self, values: Any) -> Float[Array, "*b n"]:
         """Where parameters lie in the search: the inverse of `values`."""
-        x = jnp.asarray(values, float)
+        return self._places(jnp.asarray(values, float))
+
+    @eqx.filter_jit
+    def _places(self, x: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         inside = jnp.log((x - low) / (high - x) * (high - self.starts) / (self.starts - low))
         grown = jnp.log(x / self.starts)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 _NODES = 8  # points of the polynomial between samples
 
 
+@jax.jit
 def between(
     values: Float[Array, " nt"], first: Array, interval: Array, times: Float[Array, " m"]
 ) -> Float[Array, " m"]:

@@ -1,5 +1,6 @@
 """Noise of measurement chains."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
@@ -28,6 +29,10 @@ class Noise(Part):
         self, key: PRNGKeyArray, values: Float[Array, " nt"], interval: Array
     ) -> Float[Array, " nt"]:
         """`values`, sampled every `interval` s, with noise of this kind; the key makes it repeatable."""
+        return self._added(key, jnp.asarray(values), jnp.asarray(interval))
+
+    @eqx.filter_jit
+    def _added(self, key, values, interval) -> Array:
         white = jax.random.normal(key, values.shape)
         slow = self.correlation_time > 0
         decay = jnp.where(
