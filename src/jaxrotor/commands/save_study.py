@@ -12,6 +12,7 @@ from ..core.errors import InputError
 from ..core.files import written_whole
 from ..machine.machine import Machine
 from ..study.study import Study
+from ..study.write import written
 
 
 def save_study(study: Study, machine: Machine, paths: Iterable[str], target: Path) -> Path:
@@ -43,18 +44,7 @@ def _put(document: dict[str, Any], path: str, machine: Machine, study: Study) ->
         raise InputError(
             f"`{path}`: does not stand in `{study.path}` as a number: change it there by hand"
         )
-    value, units = np.asarray(machine.get(path)), machine.units(path)
-    if value.ndim == 0:
-        table[steps[-1]] = _quantity(float(value), units[0])
-    elif value.ndim == 1:
-        several = units if len(units) == value.size else units * value.size
-        table[steps[-1]] = [_quantity(float(v), u) for v, u in zip(value, several)]
-    else:
-        table[steps[-1]] = value.tolist()
-
-
-def _quantity(value: float, unit: str) -> str | float:
-    return f"{value:.15g} {unit}" if unit else value
+    table[steps[-1]] = written(np.asarray(machine.get(path)), machine.units(path))
 
 
 def _element(machine: dict[str, Any], name: str) -> Any:

@@ -11,6 +11,7 @@ import equinox as eqx
 from .arguments import Check
 from .errors import InputError
 from .gate import bound, by_hint
+from .readable import one_line
 
 
 def option(check: Check | None = None, metadata: dict | None = None, **kwargs: Any) -> Any:
@@ -65,3 +66,6 @@ class _Gated(type(eqx.Module)):
 
 class Part(eqx.Module, metaclass=_Gated):
     """A module that a user builds: an element of a machine, a profile, a law, a sensor, a measure."""
+
+    def __repr__(self) -> str:
+        return one_line(self)

@@ -9,6 +9,7 @@ import numpy as np
 from ..core.arguments import number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..objectives.peak import PeakValue
@@ -43,6 +44,8 @@ class Bifurcation(NamedTuple):
     failure: np.ndarray
     unit: str
     path_unit: str
+
+    __repr__ = shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> np.ndarray:
         """(n,): after how many turns each motion repeats, to `tolerance` of its `size`; 0 where not within

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..core.arguments import positive, whole
 from ..core.gate import takes
+from ..core.result_text import shows
 from .orders import blocks_of
 from .shaft_angle import with_pair
 
@@ -17,6 +18,8 @@ class Centreline(NamedTuple):
     y: np.ndarray
     speed: np.ndarray
     time: np.ndarray
+
+    __repr__ = shows()
 
 
 @takes(sample_rate=positive("Hz"), turns=whole(1))

@@ -9,6 +9,7 @@ import numpy as np
 from ..core.arguments import positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from .orders import OrderTrack, track
 from .shaft_angle import TURN, with_pair
 
@@ -34,6 +35,8 @@ class Ellipse(NamedTuple):
     inclination: float
     forward: complex
     backward: complex
+
+    __repr__ = shows(inclination="rad")
 
     @property
     def precession(self) -> int:
@@ -72,6 +75,8 @@ class Orbit(NamedTuple):
     speed: float
     orders: np.ndarray
     amplitude: np.ndarray
+
+    __repr__ = shows(angle="rad", speed="rad/s")
 
     @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:

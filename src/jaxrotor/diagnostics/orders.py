@@ -7,6 +7,7 @@ import numpy as np
 from ..core.arguments import positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from . import checks
 from .shaft_angle import TURN, Turning
 
@@ -32,6 +33,8 @@ class OrderTrack(NamedTuple):
     mean: np.ndarray
     speed: np.ndarray
     time: np.ndarray
+
+    __repr__ = shows(speed="rad/s", time="s")
 
     @property
     def magnitude(self) -> np.ndarray:

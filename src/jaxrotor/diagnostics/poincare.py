@@ -7,6 +7,7 @@ import numpy as np
 from ..core.arguments import number, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from . import checks
 from .shaft_angle import Turning
 
@@ -19,6 +20,8 @@ class PoincareSection(NamedTuple):
     v: np.ndarray
     time: np.ndarray
     size: np.ndarray
+
+    __repr__ = shows(time="s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> int:
         """After how many turns the points repeat, to `tolerance` of the signals' `size`; 0 where

@@ -7,6 +7,7 @@ import numpy as np
 from ..core.arguments import positive
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from . import checks
 
 
@@ -20,6 +21,8 @@ class FullSpectrum(NamedTuple):
 
     frequency: np.ndarray
     amplitude: np.ndarray
+
+    __repr__ = shows(frequency="Hz")
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
         """Frequency (Hz) and amplitude of the highest line from `low` to `high`."""

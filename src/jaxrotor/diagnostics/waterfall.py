@@ -7,6 +7,7 @@ import numpy as np
 from ..core.arguments import number, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from . import checks
 from .spectra import amplitudes
 
@@ -25,6 +26,8 @@ class Waterfall(NamedTuple):
     speed: np.ndarray
     time: np.ndarray
     amplitude: np.ndarray
+
+    __repr__ = shows(frequency="Hz", speed="rad/s", time="s")
 
     @property
     def full(self) -> bool:

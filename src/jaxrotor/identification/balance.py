@@ -15,6 +15,7 @@ from jaxtyping import Complex, Float
 from ..core.arguments import complex_array, listed, numbers, positive, real_array, short
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..search.instrumented import Instrumented
 from .identification import Identification
 
@@ -28,6 +29,8 @@ class Balance(NamedTuple):
     residual: Complex[np.ndarray, " measurements"]
     correction_std: Float[np.ndarray, " planes"] | None
     residual_std: Float[np.ndarray, " measurements"] | None
+
+    __repr__ = shows()
 
 
 def _real(value: Any, place: str) -> np.ndarray:
@@ -147,6 +150,8 @@ class Correction(NamedTuple):
     unbalance: Complex[np.ndarray, " 2"]
     std: Complex[np.ndarray, " 2"]
     covariance: Float[np.ndarray, "4 4"]
+
+    __repr__ = shows(unbalance="kg*m", std="kg*m", covariance="kg^2*m^2")
 
     def grade(self, mass: float, speed: float) -> float:
         """Balance quality grade (mm/s) to be expected once corrected, for the static unbalance: root mean

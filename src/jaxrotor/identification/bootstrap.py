@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from ..core.arguments import number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..sensors.noise import Noise
 from .fit import search
 from .identification import Identification
@@ -27,6 +28,8 @@ class Replicas(NamedTuple):
     values: Float[np.ndarray, "count n"]
     stated: Float[np.ndarray, "count n"]
     covered: Bool[np.ndarray, "count n"]
+
+    __repr__ = shows(coverage="", spread="")
 
     @property
     def coverage(self) -> dict[str, float]:

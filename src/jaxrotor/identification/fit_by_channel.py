@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from ..core.result_text import shows
 from .problem import Problem
 from .simulated import records
 from .uncertainty import too_large, whiteness
@@ -26,6 +27,8 @@ class ChannelFit:
     std: float
     white: float | None
     sized: float | None
+
+    __repr__ = shows(t="s", measured="@unit", simulated="@unit", std="@unit")
 
     @property
     def residual(self) -> np.ndarray:

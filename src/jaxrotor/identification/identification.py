@@ -169,6 +169,8 @@ class Identification:
             )
         return "\n".join([*lines, *(f"! {w}" for w in self.warnings)])
 
+    __repr__ = __str__
+
     def predicted(self, data: Record | MeasuredRun) -> tuple[ChannelFit, ...]:
         """Another run, simulated with what was found: a held-out one for cross-validation. Its channels say
         by `white` and `sized` whether the model holds there too."""

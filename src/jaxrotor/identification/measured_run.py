@@ -9,6 +9,7 @@ import numpy as np
 from ..core.arguments import mapping, number, positive
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..sensors.record import Record
 from ..simulation.checks import check_solver, initial_speed
@@ -44,6 +45,8 @@ class MeasuredRun:
     solver: Any = None
     rtol: float = 1e-7
     atol: float = 1e-10
+
+    __repr__ = shows(sample_rate="Hz", speed="rad/s")
 
     def check(self, machine: Machine) -> None:
         """Raises `InputError` where `machine` cannot be run so."""

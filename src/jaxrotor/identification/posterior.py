@@ -66,6 +66,8 @@ class Posterior:
             lines.append("! the chains do not agree: take more `warmup` and `draws`")
         return "\n".join(lines)
 
+    __repr__ = __str__
+
 
 @takes(draws=whole(4), warmup=whole(0), chains=whole(1))
 def posterior(

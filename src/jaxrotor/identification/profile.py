@@ -11,6 +11,7 @@ from tqdm import tqdm
 from ..core.arguments import positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from .fit import search
 from .identification import Identification
 
@@ -27,6 +28,8 @@ class LikelihoodProfile:
     values: np.ndarray
     root: np.ndarray
     std: float
+
+    __repr__ = shows(values="@unit", std="@unit")
 
     def interval(self, reach: float) -> tuple[float, float]:
         """Where the profile first reaches so many standard deviations to either side; infinite where it

@@ -11,6 +11,7 @@ from tqdm import tqdm
 from ..core.arguments import number, numbers, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import HERTZ, shows
 from ..machine.machine import Machine
 from .linearise import linearize, linearize_checked
 from .lowest_modes import lowest
@@ -33,6 +34,10 @@ class Campbell(eqx.Module):
     whirl: np.ndarray
     names: tuple[str, ...] = eqx.field(static=True)
     kinds: tuple[str, ...] = eqx.field(static=True)
+
+    __repr__ = shows(
+        without=("eigenvalues", "kinds"), speeds="rad/s", frequencies=HERTZ, damping_ratios=""
+    )
 
     @property
     def frequencies(self) -> np.ndarray:

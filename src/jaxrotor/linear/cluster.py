@@ -11,6 +11,7 @@ from ..core.arguments import complex_number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.result_text import shows
 from .linearise import LinearModel
 from .matrix_equations import balance
 from .response import as_complex
@@ -26,6 +27,8 @@ class Cluster(NamedTuple):
 
     mean: Complex[Array, ""]
     spread: Complex[Array, ""]
+
+    __repr__ = shows(mean="1/s", spread="1/s^2")
 
 
 @takes(near=complex_number, count=whole(1))

@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import require_x64
+from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -53,6 +54,8 @@ class LinearModel(eqx.Module):
     spins: Float[Array, " n"]
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+
+    __repr__ = shows(without=("state",), speed="rad/s", spins="rad/s")
 
     @cached_property
     def _system(self) -> tuple[Array, Array, Array, Array]:

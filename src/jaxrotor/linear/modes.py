@@ -7,6 +7,7 @@ import scipy.linalg
 
 from ..core.arguments import whole
 from ..core.gate import takes
+from ..core.result_text import HERTZ, shows
 from .linearise import LinearModel
 from .lowest_modes import lowest
 
@@ -39,6 +40,8 @@ class Mode(NamedTuple):
     shares: dict[str, float]
     whirl: float
     shape: np.ndarray
+
+    __repr__ = shows(without=("log_decrement", "eigenvalue", "shares", "shape"), frequency=HERTZ)
 
 
 @takes(count=whole(1))

@@ -15,6 +15,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..core.protocol import Geared, Nominal
+from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -42,6 +43,8 @@ class OrderResponse(eqx.Module):
     orders: tuple[float, ...] = eqx.field(static=True)
     outputs: tuple[str, ...] = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
+
+    __repr__ = shows(speeds="rad/s")
 
     @property
     def magnitude(self) -> Float[Array, "s k outputs"]:

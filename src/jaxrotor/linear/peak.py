@@ -12,6 +12,7 @@ from ..core.arguments import number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.result_text import shows
 from ..machine.machine import Machine
 from .orders import unbalance_response
 
@@ -23,6 +24,8 @@ class Peak(NamedTuple):
 
     speed: Float[Array, ""]
     amplitude: Float[Array, ""]
+
+    __repr__ = shows(speed="rad/s")
 
 
 @takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))

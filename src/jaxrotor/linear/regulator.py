@@ -10,6 +10,7 @@ from ..core.arguments import matrix
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.result_text import shows
 from .matrix_equations import fit, lyapunov, riccati, shape_of, stable
 
 _UNREACHED = (
@@ -24,6 +25,8 @@ class Regulator(NamedTuple):
     gain: Float[Array, "m d"]
     cost_matrix: Float[Array, "d d"]
 
+    __repr__ = shows()
+
 
 class Compensator(NamedTuple):
     """`z' = A z + B y, u = C z`, y the measurement. `cost`: the mean of x' Q x + u' R u in the long run."""
@@ -32,6 +35,8 @@ class Compensator(NamedTuple):
     B: Float[Array, "d p"]
     C: Float[Array, "m d"]
     cost: Float[Array, ""]
+
+    __repr__ = shows()
 
 
 @takes(A=matrix, B=matrix, Q=matrix, R=matrix)

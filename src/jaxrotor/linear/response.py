@@ -14,6 +14,7 @@ from ..core.arguments import names, number, numbers
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.result_text import HERTZ, shows
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..simulation.state import to_flat
@@ -38,6 +39,8 @@ class FrequencyResponse(eqx.Module):
     inputs: tuple[str, ...] = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
+
+    __repr__ = shows(frequencies=HERTZ)
 
     @property
     def magnitude(self) -> Float[Array, "..."]:

@@ -11,6 +11,7 @@ from tqdm import tqdm
 from ..core.arguments import names, numbers, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -30,6 +31,8 @@ class CriticalSpeedMap(eqx.Module):
     speeds: np.ndarray
     supports: tuple[str, ...] = eqx.field(static=True)
     actual: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+    __repr__ = shows(without=("actual",), stiffness="N/m", speeds="rad/s")
 
 
 @takes(stiffness=numbers("N/m", above=0.0), supports=names, count=whole(1))

@@ -10,6 +10,7 @@ from ..core.arguments import number, numbers, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.protocol import AbstractConnector, Signalling
+from ..core.result_text import HERTZ, shows
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -40,6 +41,10 @@ class TorsionalMode(NamedTuple):
     inertia_torques: dict[str, complex]
     tooth_forces: dict[str, complex] = {}
 
+    __repr__ = shows(
+        without=("angles", "torques", "inertia_torques", "tooth_forces"), frequency=HERTZ
+    )
+
 
 class Interference(NamedTuple):
     """A natural frequency met by an order of excitation at `speed`, rad/s; `separation`: how far that is
@@ -49,6 +54,8 @@ class Interference(NamedTuple):
     order: float
     speed: float
     separation: float
+
+    __repr__ = shows(speed="rad/s")
 
 
 def _ratio(machine: Machine, shaft: str) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.errors import InputError
+from ..core.result_text import HERTZ, shows
 from ..machine.machine import Machine
 from .linearise import linearize
 from .observe import outputs_of
@@ -26,6 +27,8 @@ class Peaks(NamedTuple):
 
     frequencies: Float[Array, " count"]
     magnitudes: Float[Array, " count"]
+
+    __repr__ = shows(frequencies=HERTZ)
 
 
 class Transfer(NamedTuple):

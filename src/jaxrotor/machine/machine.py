@@ -8,6 +8,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..core.arguments import mapping, names, text
+from ..core.doors import through
 from ..core.errors import InputError, refuse
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
@@ -26,7 +27,8 @@ from ..core.protocol import (
 from ..profiles.motion import AbstractMotion
 from .ends import check_carried, check_ends, massless
 from .lineup import structure_of
-from .paths import driven_unit, field_of, resolve, walk
+from .paths import field_of, place_of, resolve, walk
+from .text import machine_text
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
 
 Place = str | Sequence[str]
@@ -141,6 +143,23 @@ class Machine(Part):
             return self.connectors[self.wiring.connectors.index(name)]
         raise InputError(unknown("element", name, self.wiring.order))
 
+    def __repr__(self) -> str:
+        return machine_text(self)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the drawing above the line-up."""
+        return through("plot.inline", "machine_html")(self)
+
+    def summary(self) -> Any:
+        """Masses, inertias, lengths, centre of gravity and static reactions: a `MachineSummary`, which prints
+        as tables."""
+        return through("simulation.summary", "summarize")(self)
+
+    def to_toml(self) -> str:
+        """The [machine] section of a study that reads back as this machine, equal to the last bit. Raises
+        `InputError` for what has no such form: traced numbers, a class that cannot be imported by name."""
+        return through("study.write", "machine_text")(self)
+
     def elements(self) -> dict[str, AbstractElement]:
         """name -> element, in the order given."""
         return {name: self[name] for name in self.wiring.order}
@@ -205,10 +224,8 @@ class Machine(Part):
         field = field_of(resolve(root, steps[:-1], path), steps[-1]) if steps else None
         if field is None or "unit" not in field.metadata:
             raise InputError(f"`{path}`: is no parameter")
-        several: tuple[str, ...] = field.metadata["units"]
-        if several or field.metadata["unit"]:
-            return several or (field.metadata["unit"],)
-        return (driven_unit(root, steps, path),)
+        length = isinstance(root, AbstractMotion) and path.split(".")[1] in "xyz"
+        return place_of(root, steps, path, length).units(field)
 
     @takes(values=mapping)
     def set(self, values: Mapping[str, Any]) -> "Machine":

@@ -6,6 +6,7 @@ from typing import Any
 
 import equinox as eqx
 
+from ..core.declared import Within
 from ..core.errors import InputError
 from ..core.parameter import nested, parameter_fields
 from .wiring import unknown
@@ -46,13 +47,11 @@ def field_of(module: Any, step: str) -> dataclasses.Field | None:
     return None
 
 
-def driven_unit(root: Any, steps: list[str], path: str) -> str:
-    """Unit of a schedule's parameter: that of what the schedule drives, times what the parameter says."""
-    found = ""
-    for i in range(1, len(steps)):
-        field = field_of(resolve(root, steps[: i - 1], path), steps[i - 1])
-        if field is not None and "drives" in field.metadata:
-            found = field.metadata["drives"]
-    own = field_of(resolve(root, steps[:-1], path), steps[-1])
-    times = own.metadata.get("times", "") if own is not None else ""
-    return "*".join(unit for unit in (found, times) if unit)
+def place_of(root: Any, steps: list[str], path: str, length: bool = False) -> Within:
+    """Where the parameter behind `steps` stands. `length`: `root` is the motion of a displacement."""
+    found = Within(length=length)
+    for i, step in enumerate(steps[:-1]):
+        field = field_of(resolve(root, steps[:i], path), step)
+        if field is not None:  # else a place in a tuple of parts
+            found = found.below(field)
+    return found

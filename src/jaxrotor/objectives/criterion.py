@@ -81,6 +81,8 @@ class Criterion(Judging):
             parts.append(words if weight == 1 else f"{weight:g} {words}")
         return " + ".join(parts)
 
+    __repr__ = __str__
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Constraint:
@@ -92,6 +94,8 @@ class Constraint:
 
     def __str__(self) -> str:
         return f"{self.criterion} {self.sense} {self.limit:g} {self.criterion.unit}".rstrip()
+
+    __repr__ = __str__
 
 
 def as_criterion(given: Any) -> Criterion:

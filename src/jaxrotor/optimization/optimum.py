@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.files import save_json
+from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
 from .augmented_lagrangian import Layout, Terms
@@ -32,6 +33,8 @@ class Held:
     value: float
     price: float
     active: bool
+
+    __repr__ = shows()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -139,6 +142,8 @@ class Optimum:
         if self.interrupted:
             lines.append("! the search was interrupted: this is the best so far, unfinished")
         return "\n".join(lines)
+
+    __repr__ = __str__
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the machine and the history, for JSON."""

@@ -197,20 +197,26 @@ def judge(response: Response, initial, checks) -> None:
         )
 
 
-def tell_error(info: RunInfo) -> None:
-    """Warns of a run whose own error is above its tolerance."""
-    if info.error is None:
-        return
+def error_words(info: RunInfo) -> str:
+    """Of a run whose own error is above its tolerance; else empty."""
+    if info.error is None or not all(map(is_concrete, (info.error, info.tolerance, info.step))):
+        return ""
     error, asked, step = (float(numbers(x)) for x in (info.error, info.tolerance, info.step))
     own = not asked > 0  # a step of the user's own comes without a tolerance
-    if error > (_COARSE if own else asked):
-        limit = "" if own else f", where {asked:.1g} was asked for"
-        warnings.warn(
-            f"the run's own estimate of its error is {error:.1g} of a coordinate's peak{limit}: the step, "
-            f"{step:.3g} s, is too long for what happens in it; give a shorter one (step=...)"
-            + (", or none" if own else ""),
-            stacklevel=3,
-        )
+    if error <= (_COARSE if own else asked) or np.isnan(error):
+        return ""
+    limit = "" if own else f", where {asked:.1g} was asked for"
+    return (
+        f"the run's own estimate of its error is {error:.1g} of a coordinate's peak{limit}: the step, "
+        f"{step:.3g} s, is too long for what happens in it; give a shorter one (step=...)"
+        + (", or none" if own else "")
+    )
+
+
+def tell_error(info: RunInfo) -> None:
+    """Warns of a run whose own error is above its tolerance."""
+    if words := error_words(info):
+        warnings.warn(words, stacklevel=3)
 
 
 def _around(response: Response, sample: int) -> tuple[Machine, Array, Array]:

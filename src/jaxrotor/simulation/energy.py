@@ -13,6 +13,7 @@ from ..core.errors import InputError
 from ..core.gate import either, takes
 from ..core.kinematics import from_turning
 from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
+from ..core.result_text import shows
 from ..integrators.adaptive import adaptive_samples
 from ..integrators.rosenbrock import Rosenbrock
 from ..machine.field import Evaluation, evaluate, jacobian, watched_field
@@ -44,21 +45,25 @@ class EnergyAudit(eqx.Module):
     work_in: Float[Array, " nt"]
     lost: Float[Array, " nt"]
 
+    __repr__ = shows(
+        t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative=""
+    )
+
     @property
     def residual(self) -> Float[Array, " nt"]:
         total = self.kinetic + self.elastic + self.potential - self.work_in + self.lost
-        return total - total[0]
+        return total - total[..., :1]
 
     @property
     def exchanged(self) -> Float[Array, ""]:
         """The largest energy that any of the accounts has moved, J."""
         accounts = (self.kinetic, self.elastic, self.potential, self.work_in, self.lost)
-        return jnp.max(jnp.stack([jnp.max(x) - jnp.min(x) for x in accounts]))
+        return jnp.max(jnp.stack([jnp.ptp(x, axis=-1) for x in accounts]), axis=0)
 
     @property
     def relative(self) -> Float[Array, ""]:
         """Largest residual as part of the energy exchanged."""
-        return jnp.max(jnp.abs(self.residual)) / self.exchanged
+        return jnp.max(jnp.abs(self.residual), axis=-1) / self.exchanged
 
 
 @takes(

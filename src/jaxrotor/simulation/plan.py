@@ -16,6 +16,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import is_concrete, numbers
 from ..core.protocol import AbstractPrescribed
+from ..core.result_text import shows
 from ..integrators.exponential import ExponentialAdams
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
@@ -53,6 +54,8 @@ class Plan:
     top_speed: float
     error: float = field(compare=False)
     tolerance: float
+
+    __repr__ = shows(speed="rad/s", top_speed="rad/s")
 
 
 def bucket(substeps: float) -> int:

@@ -1,6 +1,7 @@
 """The result of a run, by the names of the machine's parts."""
 
 import os
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.arguments import names, path
+from ..core.doors import through
 from ..core.errors import InputError
 from ..core.files import written_whole
+from ..core.gate import takes
 from ..core.kinematics import spin_speed, to_turning
 from ..core.parameter import numbers
 from ..core.protocol import Ported, Signalling
@@ -23,6 +27,7 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from .named_parts import forces_on_ends, inner_element, part_of
+from .response_text import part_text, response_text
 
 
 class RunInfo(eqx.Module):
@@ -61,6 +66,9 @@ class Response(eqx.Module):
     t: Float[Array, " nt"]
     y: Float[Array, "nt d"]
     info: RunInfo
+
+    def __repr__(self) -> str:
+        return response_text(self)
 
     def __getitem__(self, name: str) -> "StationResponse | ConnectorResponse":
         if self.t.ndim != 1:
@@ -117,6 +125,17 @@ class Response(eqx.Module):
 
         return to_xarray(self)
 
+    @takes(path=path, names=names)
+    def to_csv(self, path: str | os.PathLike, names: str | Sequence[str] | None = None) -> Path:
+        """Writes time and quantities as a table, whole or not at all: a line of names (`"t"`, `"main.x"`,
+        ...), a line of units, then a line for each sample with all digits. `read_record` reads it.
+
+        `names`: `"main.x"`, `"main.speed"`, `"shaft.torque"` and what else a study's figures may show (of
+        vectors their size); left out, the coordinates and the speed of each station and the elements' own
+        signals. Raises `InputError` for a batch and for what the machine has not.
+        """
+        return through("study.table", "save_csv")(self, path, names)
+
     def save(self, path: str | os.PathLike) -> Path:
         """Writes netCDF, whole or not at all."""
         # by way of memory: HDF5 crashes the program when it closes a file for which the disk has no room
@@ -159,6 +178,9 @@ class _Part:
     def __init__(self, response: Response, name: str):
         self._response, self._name = response, name
         self._element = _element(response, name)
+
+    def __repr__(self) -> str:
+        return part_text(self)  # pyright: ignore[reportArgumentType]
 
     def _evaluation(self) -> Evaluation:
         return self._response.evaluation

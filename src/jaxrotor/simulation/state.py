@@ -6,6 +6,7 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, to_turning
 from ..core.part import Part
+from ..core.result_text import shows
 from ..machine.field import Reference, initial_states, pack, unpack
 from ..machine.system import System
 
@@ -23,6 +24,8 @@ class State(Part):
     position: Float[Array, "n 6"]
     velocity: Float[Array, "n 6"]
     internal: Float[Array, " k"] | None = None
+
+    __repr__ = shows()
 
 
 def to_flat(state: State, system: System, reference: Reference) -> Float[Array, " d"]:

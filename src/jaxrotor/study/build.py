@@ -11,8 +11,9 @@ from typing import Any
 
 import equinox as eqx
 
+from ..core.declared import Within
 from ..core.errors import InputError
-from ..core.parameter import problems, straight_unit
+from ..core.parameter import problems
 from ..core.part import option_checks
 from ..core.units import example, read, shown
 from .kinds import find_kind, public_constants, public_kinds
@@ -44,12 +45,7 @@ class Context:
         return replace(self, prefix=f"{self.prefix}{key}.", driven=driven)
 
     def unit(self, field: dataclasses.Field) -> str:
-        unit = field.metadata["unit"] or "*".join(
-            part for part in (self.driven, field.metadata.get("times", "")) if part
-        )
-        if self.straight:
-            return straight_unit(unit)
-        return unit.replace("rad", "m") if self.length else unit
+        return Within(self.driven, self.length, self.straight).unit(field)
 
 
 def build_element(cls: type, table: dict, context: Context) -> Any:
@@ -67,7 +63,7 @@ def build(cls: type, table: dict, context: Context) -> Any:
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     before = len(context.faults.sentences)
     meant = context.faults.unknown_keys(context.place, table, fields, context.prefix)
-    values, hints = {}, _hints(cls)
+    values, hints = {}, hints_of(cls)
     for name, field in fields.items():
         if name in table:
             values[name] = _read(cls, field, hints[name], table[name], context)
@@ -106,7 +102,7 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
         )
         context.faults.sentences += sentences
         return FAILED if sentences else found
-    options = [a for a in _flat(hint) if a is not NoneType]
+    options = [a for a in flat(hint) if a is not NoneType]
     literal = [c for a in options if typing.get_origin(a) is typing.Literal for c in a.__args__]
     if literal:
         if value in literal and not isinstance(value, bool):
@@ -205,11 +201,11 @@ def _steady(field: dataclasses.Field, value: Any, unit: str, context: Context) -
         return context.fault(field.name, f'{error}, or a table such as {{ kind = "Step", ... }}')
 
 
-def _flat(hint: Any) -> list[Any]:
+def flat(hint: Any) -> list[Any]:
     """The members of a union, or the hint alone."""
     if typing.get_origin(hint) is typing.Literal or not _is_union(hint):
         return [hint]
-    return [a for arg in typing.get_args(hint) for a in _flat(arg)]
+    return [a for arg in typing.get_args(hint) for a in flat(arg)]
 
 
 def _is_union(hint: Any) -> bool:
@@ -218,7 +214,7 @@ def _is_union(hint: Any) -> bool:
     return typing.get_origin(hint) in (typing.Union, types.UnionType)
 
 
-def _hints(cls: type) -> dict[str, Any]:
+def hints_of(cls: type) -> dict[str, Any]:
     try:
         return typing.get_type_hints(cls)
     except Exception:  # names that only a type checker sees
@@ -229,7 +225,7 @@ def _example(cls: type, field: dataclasses.Field, context: Context) -> str:
     if "unit" not in field.metadata:
         if "quantity" in field.metadata:
             return example(field.metadata["quantity"])
-        if str in _flat(_hints(cls)[field.name]):
+        if str in flat(hints_of(cls)[field.name]):
             return '"..."'
         return f"{example(driven_unit(cls, field) or '')}" if driven_unit(cls, field) else "{ ... }"
     units = declared_units(cls, field)

@@ -10,6 +10,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..core.protocol import AbstractPrescribed, AbstractStation
+from ..core.result_text import shows
 from ..core.units import shown
 from ..machine.machine import Machine
 from ..simulation.simulate import simulate
@@ -51,6 +52,8 @@ class Study:
     identify: Any = None
     optimize: Any = None
     sweep: Any = None
+
+    __repr__ = shows(without=("figures", "identify", "optimize", "sweep"))
 
     @property
     def settings(self) -> Simulation:

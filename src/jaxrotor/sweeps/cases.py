@@ -10,6 +10,7 @@ from scipy import stats
 
 from ..core.arguments import LARGEST, choice, mapping, real_array, short, whole
 from ..core.errors import InputError
+from ..core.result_text import shows
 
 Method = Literal["sobol", "latin", "random"]
 _TINY = float(np.finfo(float).eps)
@@ -23,6 +24,8 @@ class Cases:
     values: dict[str, np.ndarray]
     how: str = "a table"
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
+
+    __repr__ = shows()
 
     def __post_init__(self):
         mapping(self.values, "cases:")

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ...core.errors import InputError
 from ...core.parameter import known, parameter
 from ...core.protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Signalling, Vec6
+from ...core.result_text import shows
 from ..laws.centres import pushed, relative
 from .film import LENGTHS, finite_film, short_film
 
@@ -28,6 +29,8 @@ class WorkingPoint(NamedTuple):
     eccentricity: Float[Array, "2"]
     stiffness: Float[Array, "2 2"]
     damping: Float[Array, "2 2"]
+
+    __repr__ = shows(eccentricity="m", stiffness="N/m", damping="N*s/m")
 
 
 class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):

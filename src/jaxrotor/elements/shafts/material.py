@@ -1,6 +1,6 @@
 """What shafts are made of."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -12,9 +12,9 @@ from ...core.part import Part
 class Material(Part):
     """An isotropic elastic material; SI. Plain floats may be given: elements convert them."""
 
-    youngs_modulus: Float[Array, ""] | float
-    shear_modulus: Float[Array, ""] | float
-    density: Float[Array, ""] | float
+    youngs_modulus: Float[Array, ""] | float = eqx.field(metadata={"quantity": "Pa"})
+    shear_modulus: Float[Array, ""] | float = eqx.field(metadata={"quantity": "Pa"})
+    density: Float[Array, ""] | float = eqx.field(metadata={"quantity": "kg/m^3"})
 
 
 # The paper gives no figures: these are ours.
@@ -27,6 +27,8 @@ class ShaftMaterial(eqx.Module):
     youngs_modulus: Float[Array, ""] = parameter("Pa", positive=True)
     shear_modulus: Float[Array, ""] = parameter("Pa", positive=True)
     density: Float[Array, ""] = parameter("kg/m^3", positive=True)
+
+    shown_as: ClassVar[str] = "Material"
 
 
 def as_parameters(material: Any) -> Any:
