@@ -17,6 +17,7 @@ from jaxrotor.machine.layout import lay_out
 from jaxrotor.machine.lineup import structure_of
 
 CONFIGS = sorted((Path(__file__).parents[1] / "configs").glob("*.toml"))
+el = jr.elements
 NUMBER = r"-?[\d.]+(?:e[+-]?\d+)?"
 
 
@@ -61,10 +62,10 @@ def test_a_rotor_is_one_line_in_the_units_of_a_drawing(rotor):
          "Material(youngs_modulus=70 GPa, shear_modulus=27 GPa, density=2700 kg/m^3)"),
         (jr.STEEL, "Material(youngs_modulus=210 GPa, shear_modulus=81 GPa, density=7850 kg/m^3)"),
         (jr.LinearSupport((2e7, 3e7, 0, 0, 0, 40)), "stiffness=([20, 30, 0] MN/m, [0, 0, 40] N*m/rad)"),
-        (jr.GearMesh((0.1, 0.2), jr.elements.KelvinVoigt(4e8, 3e3)),
+        (jr.GearMesh((0.1, 0.2), el.KelvinVoigt(4e8, 3e3)),
          "KelvinVoigt(stiffness=400 MN/m, damping=3 kN*s/m)"),
-        (jr.Coupling(phi=jr.elements.KelvinVoigt(4e8, 3e3)), "stiffness=400 MN*m/rad, damping=3 kN*m*s/rad"),
-        (jr.Shaft(0.1, 0.01, flaw=[jr.elements.Bow(1e-4), jr.elements.Kink(np.pi / 180, 0.0, 0.5)]),
+        (jr.Coupling(phi=el.KelvinVoigt(4e8, 3e3)), "stiffness=400 MN*m/rad, damping=3 kN*m*s/rad"),
+        (jr.Shaft(0.1, 0.01, flaw=[el.Bow(1e-4), el.Kink(np.pi / 180, 0.0, 0.5)]),
          "Bow(sagitta=0.1 mm), Kink("),
         (jr.SpeedTable(np.linspace(0, 2, 30), np.linspace(0, 10 * np.pi, 30)),
          "SpeedTable(times=30 values from 0 to 2 s, speeds=30 values from 0 to 300 rpm)"),
@@ -153,8 +154,8 @@ def test_a_long_line_is_cut_in_the_middle():
 def test_branches_and_what_is_held_say_where():
     """Declared out of order, a gear pair of two branches, one of them wired from right to left."""
     line = {
-        "a": jr.Rotor(1.0, 0.01, 0.006), "mesh": jr.GearMesh((0.1, 0.2), jr.elements.KelvinVoigt(1e8, 10.0)),
-        "b": jr.Rotor(1.0, 0.01, 0.006), "far mesh": jr.GearMesh((0.1, 0.2), jr.elements.KelvinVoigt(1e8, 10.0)),
+        "a": jr.Rotor(1.0, 0.01, 0.006), "mesh": jr.GearMesh((0.1, 0.2), el.KelvinVoigt(1e8, 10.0)),
+        "b": jr.Rotor(1.0, 0.01, 0.006), "far mesh": jr.GearMesh((0.1, 0.2), el.KelvinVoigt(1e8, 10.0)),
         "c": jr.Rotor(1.0, 0.01, 0.006), "shaft": jr.Shaft(0.1, 0.02),
         "drive": jr.PrescribedSpin(jr.ConstantSpeed(1.0)),
     }  # fmt: skip

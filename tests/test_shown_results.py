@@ -15,13 +15,29 @@ import jaxrotor as jr
 RPM = np.pi / 30
 
 # Choices, marks and solvers, which are no results and hold no numbers of a run.
-PLAIN = {"ETD4RK", "ExponentialAdams", "Rosenbrock", "NonSmooth", "Parts", "Stage", "Unknown"}
+PLAIN = {
+    "Curve",
+    "ETD4RK",
+    "ExponentialAdams",
+    "Rosenbrock",
+    "NonSmooth",
+    "Parts",
+    "Stage",
+    "Unknown",
+}
 
 
 def test_every_public_class_with_numbers_shows_itself():
     """None is left with the arrays that NamedTuples, dataclasses and modules print of themselves."""
     checked = 0
-    for name, cls in vars(jr).items():
+    rooms = [getattr(jr, name) for name in jr.__all__ if name.islower()]
+    rooms = [
+        room for room in rooms if inspect.ismodule(room) and room.__name__ != "jaxrotor.protocols"
+    ]
+    public = {name: getattr(room, name) for room in rooms for name in room.__all__} | {
+        name: getattr(jr, name) for name in jr.__all__
+    }
+    for name, cls in public.items():
         if not inspect.isclass(cls) or name in PLAIN or issubclass(cls, BaseException):
             continue
         if not (dataclasses.is_dataclass(cls) or hasattr(cls, "_fields")):
@@ -38,7 +54,8 @@ def test_every_public_class_with_numbers_shows_itself():
     "result, words",
     [
         (jr.linear.Peak(100 * RPM, 2e-4), "Peak(speed=100 rpm, amplitude=0.0002)"),
-        (jr.linear.Peaks(np.array([2, 4]) * np.pi, np.ones(2)), "Peaks(frequencies=[1, 2] Hz, magnitudes=[1, 1])"),
+        (jr.linear.Peaks(np.array([2, 4]) * np.pi, np.ones(2)),
+         "Peaks(frequencies=[1, 2] Hz, magnitudes=[1, 1])"),
         (jr.Plan(3, 6, 50 * RPM, 100 * RPM, 1e-6, 5e-5),
          "Plan(substeps=3, order=6, speed=50 rpm, top_speed=100 rpm, error=1e-06, tolerance=5e-05)"),
         (jr.diagnostics.Ellipse(2.0, 1.0, np.pi / 4, 1.5 + 0j, 0.5j),
@@ -51,7 +68,7 @@ def test_every_public_class_with_numbers_shows_itself():
         (jr.Cases.grid({"main.mass": [1.0, 2.0]}), "Cases(values={main.mass: [1, 2]}, how='a grid, 2', "
          "axes={main.mass: [1, 2]})"),
         (jr.identification.LikelihoodProfile("main.mass", "kg", np.arange(9.0), np.zeros(9), 0.5),
-         "Profile(path='main.mass', unit='kg', values=9 values from 0 to 8 kg, root=9 values of 0, "
+         "LikelihoodProfile(path='main.mass', unit='kg', values=9 values from 0 to 8 kg, root=9 values of 0, "
          "std=0.5 kg)"),
     ],
 )  # fmt: skip

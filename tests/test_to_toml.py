@@ -13,10 +13,11 @@ import jaxrotor as jr
 from jaxrotor.commands.save_study import save_study
 from jaxrotor.study.kinds import public_kinds
 
+el = jr.elements
 BASES = (
     jr.AbstractInertia, jr.protocols.AbstractPrescribed, jr.AbstractConnector, jr.AbstractAttachment,
-    jr.profiles.AbstractSchedule, jr.profiles.AbstractMotion, jr.elements.AbstractLaw, jr.elements.AbstractFlaw, jr.elements.AbstractController,
-    jr.elements.AbstractFeedback, jr.elements.AbstractRaceDefect,
+    jr.profiles.AbstractSchedule, jr.profiles.AbstractMotion, el.AbstractLaw, el.AbstractFlaw,
+    el.AbstractController, el.AbstractFeedback, el.AbstractRaceDefect,
 )  # fmt: skip
 # No decimal fraction: what is rounded in writing would show.
 ODD = 1 + 1e-9 / 3
@@ -38,17 +39,18 @@ def assert_equal(a, b):
 def every_part(monkeypatch):
     """Elements with every kind of part that a study knows, by where they stand."""
     monkeypatch.setattr(right_calls, "line", lambda **stands: stands)
-    found = [make(getattr(jr, kind)(*given)) for kind, (make, given) in right_calls.PARTS.items()]
-    law = jr.elements.KelvinVoigt(1e5, 3.0)
+    parts = public_kinds(object)
+    found = [make(parts[kind](*given)) for kind, (make, given) in right_calls.PARTS.items()]
+    law = el.KelvinVoigt(1e5, 3.0)
     step, nine = jr.Step(0.1, 1.0, 0.5), np.arange(9.0)
-    flaws = (jr.elements.Bow(1e-4, 0.4), jr.elements.Crack(0.2))
-    neural = jr.elements.NeuralController.start((1e-3, 2.0), 5.0, jax.random.PRNGKey(1), width=3)
+    flaws = (el.Bow(1e-4, 0.4), el.Crack(0.2))
+    neural = el.NeuralController.start((1e-3, 2.0), 5.0, jax.random.PRNGKey(1), width=3)
     loop = dict(at=("main", "end"))
     found += [
         dict(main=jr.Rotor(6.0, 0.02, 0.01, jr.Unbalance(1e-5, 1.0, 0.01, 2.0), angle=0.3, ends=(0.1, 0.2))),
         dict(main=jr.Node()),
         dict(section=jr.Coupling(misalignment=jr.Misalignment(1e-4, 1.0), phi=jr.CoulombClutch(5.0, step))),
-        dict(section=jr.Coupling(x=law, phi=jr.elements.Parallel((jr.elements.Progressive((1e3, 1e5)), jr.elements.Maxwell(1e3, 2.0))))),
+        dict(section=jr.Coupling(x=law, phi=el.Parallel((el.Progressive((1e3, 1e5)), el.Maxwell(1e3, 2.0))))),
         dict(section=jr.Coupling(right_calls.SIX, phi=jr.StickSlipClutch(5.0, 1e-3, step))),
         dict(section=jr.Shaft(0.2, 0.012, flaw=flaws, twist="paper", shear=True)),
         dict(section=jr.FiniteElementShaft((0.2, 0.3), (0.02, 0.03), elements=3, damping="rotating")),
@@ -57,14 +59,14 @@ def every_part(monkeypatch):
         dict(extra=jr.SpeedTorque(np.linspace(0, 9, 10), np.linspace(0, 3, 10)), at="main"),
         dict(extra=jr.Torque(jr.Harmonic(1.0, nine, 1 + nine, nine)), at="main"),
         dict(extra=jr.JournalBearing(0.05, 0.03, 1e-4, 0.01, film="full"), at="main"),
-        dict(extra=jr.elements.ActiveTorque(neural, actuator=jr.elements.Actuator(5.0), cutoff=300.0), **loop),
-        dict(extra=jr.elements.ActiveTorque(jr.elements.PI(1.0, 0.1), jr.elements.SpeedError(step)), **loop),
-        dict(extra=jr.elements.ActiveTorque(
-            jr.elements.StateFeedback(np.ones(2)), jr.elements.RelativeStates(2), between=True), **loop),
-        dict(extra=jr.elements.SampledTorque(
-            jr.elements.PD(1.0, 0.1), 1e-3, jr.elements.TwistOf(1, 0), 2e-3, noise=(1e-4, 0.1)), **loop),
-        dict(extra=jr.elements.SampledTorque(
-            jr.elements.Compensator(-np.eye(3), np.ones((3, 2)), np.ones(3)), 1e-3, seed=4), **loop),
+        dict(extra=el.ActiveTorque(neural, actuator=el.Actuator(5.0), cutoff=300.0), **loop),
+        dict(extra=el.ActiveTorque(el.PI(1.0, 0.1), el.SpeedError(step)), **loop),
+        dict(extra=el.ActiveTorque(
+            el.StateFeedback(np.ones(2)), el.RelativeStates(2), between=True), **loop),
+        dict(extra=el.SampledTorque(
+            el.PD(1.0, 0.1), 1e-3, el.TwistOf(1, 0), 2e-3, noise=(1e-4, 0.1)), **loop),
+        dict(extra=el.SampledTorque(
+            el.Compensator(-np.eye(3), np.ones((3, 2)), np.ones(3)), 1e-3, seed=4), **loop),
     ]  # fmt: skip
     return found
 
@@ -110,7 +112,7 @@ def test_every_kind_of_part_reads_back(everything, tmp_path):
     assert_equal(read_back(odd, tmp_path), odd)
     kinds = {type(x) for x in _modules(odd)}
     wanted = {cls for base in BASES for cls in public_kinds(base).values()} - {*BASES}
-    wanted |= {jr.elements.Actuator, jr.Unbalance, jr.Imperfection, jr.Misalignment}
+    wanted |= {el.Actuator, jr.Unbalance, jr.Imperfection, jr.Misalignment}
     assert not wanted - kinds, sorted(c.__name__ for c in wanted - kinds)
 
 
@@ -227,7 +229,7 @@ def test_what_no_study_can_say_is_refused():
 def test_a_study_with_changed_values_keeps_their_units_and_digits(tmp_path):
     """Of a law along a line, which was written in N*m/rad and could not be read."""
     line = {
-        "a": jr.Rotor(1.0, 0.01, 0.006), "mesh": jr.GearMesh((0.1, 0.2), jr.elements.KelvinVoigt(1e8, 10.0)),
+        "a": jr.Rotor(1.0, 0.01, 0.006), "mesh": jr.GearMesh((0.1, 0.2), el.KelvinVoigt(1e8, 10.0)),
         "b": jr.Rotor(1.0, 0.01, 0.006), "shaft": jr.Shaft(0.1, 0.02),
         "motor": jr.PrescribedSpin(jr.ConstantSpeed(1.0)),
     }  # fmt: skip
