@@ -424,6 +424,12 @@ BAD_RUNS = {
         lambda: jr.static_equilibrium(jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0))),
         "`main` along y 58.9 N support undeformed",
     ),
+    "static start that nothing carries": (
+        lambda: jr.simulate(
+            jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0)), 0.01, 1000.0, step=1e-3
+        ),
+        "`main` along y 58.9 N support undeformed",
+    ),
     "result of an unknown element": (
         lambda: at_instants(line(), np.zeros((2, 6)), np.zeros((2, 6)))["mian"],
         "`mian` did you mean `main`",

@@ -2,6 +2,7 @@
 
 import _thread
 import json
+import signal
 import time
 
 import numpy as np
@@ -25,6 +26,14 @@ HELD = {
         "disc",
     )
 }
+
+
+@pytest.fixture(autouse=True)
+def hearing():
+    """A shell's background job ignores Ctrl-C, and then nothing would be interrupted."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

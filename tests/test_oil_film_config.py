@@ -36,4 +36,4 @@ def test_journals_ride_where_the_film_carries_them_until_it_whirls():
 def test_a_film_at_rest_carries_nothing():
     slow = STUDY.machine.set({"drive.profile.start": 0.0})
     with pytest.raises(jr.InputError, match='initial="running"'):
-        jr.simulate(slow, 0.1, 500.0, "static", progress=False)
+        jr.static_equilibrium(slow)  # what a static start asks

@@ -280,11 +280,12 @@ def test_balance_of_a_run_up():
         attachments={"flywheel": (jr.AddedInertia(1.0, 0.01, 0.006, 0.01), "shaft.1")},
         gravity=(0, -9.81, 0),
     )
-    audit = jr.energy_audit(machine, 0.25, 2000.0)
+    plan = jr.plan(machine, 0.25, 2000.0, tolerance=1e-6)
+    audit = jr.energy_audit(machine, 0.25, 2000.0, step=plan)
     assert float(audit.relative) < 1e-6
     spin = 0.5 * (0.012 + 0.01 + 7850 * np.pi / 32 * 0.02**4 * 0.4) * 300.0**2
     np.testing.assert_allclose(audit.kinetic[-1], spin, rtol=2e-3)
-    run = jr.simulate(machine, 0.25, 2000.0)
+    run = jr.simulate(machine, 0.25, 2000.0, step=plan)
     # the drive's torque accelerates all of it: at mid ramp w' = w_n pi/(2 t_n)
     inertia = 2 * spin / 300.0**2
     assert np.mean(run["motor"].reaction[190:210, 5]) == pytest.approx(
