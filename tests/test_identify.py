@@ -264,7 +264,7 @@ def test_saved(found, tmp_path):
         (dict(sensors={"probe": 3.0}), "must be a sensor or a Channel"),
         (dict(sensors={"housing": SENSORS["housing"]}), "probe.*no channel"),
         (dict(data=[]), "no data"),
-        (dict(data=3.0), "must be Records or Trials"),
+        (dict(data=3.0), "must be Records or MeasuredRuns"),
         (dict(stages=()), "name one at least"),
         (dict(stages=(jr.identification.Orders(turns=500.0),)), "too few for windows"),
         (dict(stages=(jr.identification.Frequencies(0.001, 0.01),)), "gaps|no line"),
