@@ -22,12 +22,9 @@ _attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import PackageNotFoundError, version
+        from .core.version import installed_version
 
-        try:
-            return version("jaxrotor")
-        except PackageNotFoundError:
-            return "(not installed)"
+        return installed_version()
     try:
         return _attached(name)
     except AttributeError as error:
@@ -37,13 +34,10 @@ def __getattr__(name: str) -> Any:
 
 def _place_of(name: str) -> str:
     """Where a name stands that is not here."""
-    from importlib import import_module
     from types import ModuleType
 
     for room in __all__:
         module = _attached(room) if room.islower() else None
-        if isinstance(module, ModuleType) and name in getattr(
-            import_module(module.__name__), "__all__", ()
-        ):
+        if isinstance(module, ModuleType) and name in module.__all__:
             return f": it is jr.{room}.{name}"
     return ""

@@ -50,15 +50,15 @@ def run_study(
             )
         seconds = time.perf_counter() - began
         with finishing():
-            extra = _extra(study, response, seconds, failure)
             response.save(part / "response.nc")
+        if interrupted() and failure is None:
+            failure = SimulationInterrupted("the figures are missing", response)
+        extra = _extra(study, response, seconds, failure)
         trouble: Exception | None = None
         try:
-            if interrupted() and failure is None:
-                raise KeyboardInterrupt
             # who stops a run wants to go on, and a batch system gives it half a minute
-            stopped = isinstance(failure, SimulationInterrupted)
-            write_report(study, response, part, extra, draw=not stopped)
+            draw = not isinstance(failure, SimulationInterrupted)
+            write_report(study, response, part, extra, draw=draw)
         except KeyboardInterrupt:
             failure = failure or SimulationInterrupted("the figures are missing", response)
             with finishing():

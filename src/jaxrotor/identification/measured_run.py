@@ -80,7 +80,9 @@ def as_measured_runs(data: Any) -> tuple[MeasuredRun, ...]:
         if isinstance(one, Record):
             one = MeasuredRun(one)
         if not isinstance(one, MeasuredRun):
-            raise InputError(f"data must be Records or MeasuredRuns, but one is {type(one).__name__}")
+            raise InputError(
+                f"data must be Records or MeasuredRuns, but one is {type(one).__name__}"
+            )
         if min(float(s.t[0]) for s in one.record.series.values()) < -1e-9:
             raise InputError(
                 f"`{one.record.name}`: has values before t = 0, where the run starts: shift its time"

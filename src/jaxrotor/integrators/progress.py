@@ -49,6 +49,7 @@ class _Progress:
         self.done: int | None = None
         self.parts: dict[float, np.ndarray] = {}
         self.stop = False
+        self.logged = logging.getLogger("jax").level
         self.began, self.over = time.monotonic(), threading.Event()
         self.bar: tqdm | None = None
         self.thread = threading.Thread(target=self._watch, daemon=True)
@@ -108,6 +109,7 @@ def progress_bar(
         _ended = True
     finally:
         _under_way.close()
+        logging.getLogger("jax").setLevel(_under_way.logged)
         _under_way = None
 
 

@@ -65,6 +65,7 @@ def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> 
     return relative_field(t, y, system, system.reference(t))
 
 
+@eqx.filter_jit  # a function of its own within any program: all that ask for it trace it once
 def relative_field(
     t, y, system: System, reference: Reference, applied: Float[Array, "6 m"] | None = None
 ) -> Float[Array, " d"]:
@@ -72,12 +73,6 @@ def relative_field(
 
     `applied`: further generalized forces on the nodes of stations with mass.
     """
-    return _relative_field(t, y, system, reference, applied)
-
-
-@eqx.filter_jit
-def _relative_field(t, y, system: System, reference: Reference, applied) -> Array:
-    """A function of its own within any program: all that ask for it, and all derivatives, trace it once."""
     u, s, z = unpack(t, y, system, reference)
     ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
     return _flat_rates(s, ev, system, reference)

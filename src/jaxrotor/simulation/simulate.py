@@ -42,7 +42,7 @@ from .ranges import tell_ranges
 from .response import Response, RunInfo
 from .run_error import by_samples, run_error
 from .sampling_grid import Grid, Ticking, grid_of
-from .solver import solver_for, tolerances
+from .solver import is_planned, solver_for, tolerances
 from .state import State, to_flat
 from .steady import steady_whirl
 
@@ -147,7 +147,7 @@ def simulate(
         return Response(machine, jnp.arange(count) * interval, y, info), checks
 
     solver = solver_for(machine, solver)
-    if solver is None or isinstance(solver, (ExponentialAdams, ETD4RK)):
+    if is_planned(solver):
         chosen = chosen_plan(machine, t_end, sample_rate, speed, solver, step)
         for _ in range(_PLANS):
             sized = with_substeps(solver, chosen)
@@ -250,7 +250,7 @@ def _run(
     jumps = jump_times(system)
     terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
     ticking = None if grid is None else Ticking(grid, system, count, y0.size)
-    if isinstance(solver, (ExponentialAdams, ETD4RK)):
+    if is_planned(solver):
         A, balanced = solver.linear_part, assemble(machine, nominal=True)
         by_speed = None
         if A is None and judged:

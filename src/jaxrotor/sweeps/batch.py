@@ -11,7 +11,6 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 
 from ..integrators.adaptive import adaptive_samples
-from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..machine.field import jacobian, vector_field
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
@@ -21,7 +20,7 @@ from ..simulation.checks import _STEADY_GAP, initial_speed
 from ..simulation.response import Response, RunInfo
 from ..simulation.sampling_grid import Grid, Ticking
 from ..simulation.simulate import march_samples, start
-from ..simulation.solver import tolerances
+from ..simulation.solver import is_planned, tolerances
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
 
 
@@ -116,7 +115,7 @@ def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) ->
     jumps = jump_times(system)
     ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, y0.size)
     solver = setup.solver
-    if isinstance(solver, (ExponentialAdams, ETD4RK)):
+    if is_planned(solver):
         A = setup.linear
         if A is None:
             A = jacobian(assemble(machine, nominal=True), setup.linearised_at)
@@ -169,7 +168,7 @@ def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh)
 def solves_as_it_runs(setup: Setup) -> bool:
     """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor
     cannot share a batch."""
-    implicit = not isinstance(setup.solver, (ExponentialAdams, ETD4RK))
+    implicit = not is_planned(setup.solver)
     return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
 
 

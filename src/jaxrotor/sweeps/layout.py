@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..core.errors import InputError
+from ..core.version import installed_version
 from ..search.instrumented import Instrumented
 from ..simulation.response import Response, RunInfo
 from .batch import Outcome, Setup, placed
@@ -83,7 +84,7 @@ def layout_of(
         linear_part="shared" if setup.linear is not None else "one for each case",
         linearised_at=float(steps.speed),
         no_step=steps.reason,
-        program=f"jaxrotor {_version()}, JAX {jax.__version__}, Python {platform.python_version()}",
+        program=f"jaxrotor {installed_version()}, JAX {jax.__version__}, Python {platform.python_version()}",
     )
     return found, results
 
@@ -109,15 +110,6 @@ def _unit(machine: Any, path: str) -> str:
         return Instrumented(machine, {}).unit(path)
     except InputError:
         return ""
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("jaxrotor")
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def kept(outcome: Outcome, setup: Setup) -> dict[str, np.ndarray]:

@@ -17,12 +17,12 @@ from ..core.arguments import mapping, number, path, positive, whole
 from ..core.errors import InputError, StoreError
 from ..core.gate import either, takes
 from ..core.parameter import require_x64
-from ..integrators.exponential import ETD4RK, ExponentialAdams
+from ..integrators.exponential import ExponentialAdams
 from ..machine.machine import Machine
 from ..simulation.checks import check_solver, initial_speed, sample_count
 from ..simulation.plan import Plan
 from ..simulation.sampling_grid import grid_of
-from ..simulation.solver import solver_for
+from ..simulation.solver import is_planned, solver_for
 from .batch import Setup, linear_part, shares_linear
 from .cases import Cases, as_cases
 from .checks import check_cases, check_start
@@ -160,7 +160,7 @@ def asked(
     check_cases(machine, cases)
     runs = any(needs_run(one) for one in wanted.values())
     solver = solver_for(machine, solver)
-    exponential = solver is None or isinstance(solver, (ExponentialAdams, ETD4RK))
+    exponential = is_planned(solver)
     if isinstance(step, Plan) and not exponential:
         raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
     if solver is None:
@@ -197,7 +197,7 @@ def _set_up(machine, cases, outputs, t_end, sample_rate, initial, speed, solver,
 
 def _planned(setup: Setup, cases: Cases, t_end, sample_rate, step) -> Steps:
     runs = any(needs_run(one) for one in setup.outputs.values())
-    if not runs or not isinstance(setup.solver, (ExponentialAdams, ETD4RK)):
+    if not runs or not is_planned(setup.solver):
         return Steps(np.zeros(len(cases), int), 0.0)
     return steps_of(setup, cases, t_end, sample_rate, step)
 
@@ -206,7 +206,7 @@ def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
     """With the linear part, if all share one."""
     setup = dataclasses.replace(setup, linearised_at=jnp.asarray(steps.speed, float))
     solver = setup.solver
-    if not steps.substeps.any() or not isinstance(solver, (ExponentialAdams, ETD4RK)):
+    if not steps.substeps.any() or not is_planned(solver):
         return setup
     if solver.linear_part is not None:
         return dataclasses.replace(setup, linear=jnp.asarray(solver.linear_part))

@@ -1,0 +1,235 @@
+"""What the command line takes, and the words by which `--help` teaches it."""
+
+import argparse
+from pathlib import Path
+
+_ABOUT = """\
+Simulates rotating machines in transient states: run-up, run-down, shocks.
+
+A study is one TOML file. It holds the machine, element by element from left to right, every
+quantity with its unit, and what to simulate:
+
+  title = "A rotor on a shaft"
+  [machine]
+  gravity = ["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]
+  [[machine.line]]
+  name = "disc"
+  kind = "Rotor"
+  mass = "6 kg"
+  polar_inertia = "0.0187 kg*m^2"
+  transverse_inertia = "0.0102 kg*m^2"
+  unbalance = { eccentricity = "0.05 mm" }
+  [[machine.line]]
+  name = "shaft"
+  kind = "Shaft"
+  length = "200 mm"
+  diameter = "12 mm"
+  rayleigh = ["0.002 1/s", "1e-4 s"]
+  [[machine.line]]
+  name = "end"
+  kind = "PrescribedSpin"
+  profile = { kind = "CosineRamp", speed = "3000 rpm", duration = "2 s" }
+  [simulation]
+  t_end = "3 s"
+  sample_rate = "1 kHz"
+"""
+
+_EXAMPLES = """\
+examples:
+  jaxrotor check configs/two_rotor_startup.toml            find every mistake, run nothing
+  jaxrotor show configs/two_rotor_startup.toml             draw the machine, to scale
+  jaxrotor run configs/two_rotor_startup.toml              simulate, into results/two_rotor_startup/
+  jaxrotor run configs/two_rotor_startup.toml --out trial  simulate, into another folder
+  jaxrotor modes configs/friswell_two_disc.toml --speed "3000 rpm"     frequencies, damping, whirl
+  jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
+  jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
+  jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
+  jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
+
+what `run` writes:
+  response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
+  summary.json   peaks, the speeds at which they occur, settings, versions, timings
+  *.png          the figures
+
+exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed
+(what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
+--time-limit: `run` keeps the samples, `identify` and `optimize` what they had found so far, `sweep` what it
+had run (see --resume).
+"""
+
+_OPTIMIZE = """\
+The section says what may be changed, what is made small, and what must hold meanwhile:
+
+  [[optimize.unknowns]]
+  path = "damper.stiffness"            a parameter of the machine, as the study names it
+  positive = true                      or bounds = ["10 N*m/rad", "200 N*m/rad"]
+
+  [[optimize.objective]]
+  measure = { kind = "PeakValue", sensor = { kind = "Twist", first = "motor", second = "fan" } }
+
+  [[optimize.constraints]]
+  measure = { kind = "TotalMass" }
+  at_most = "40 kg"                    or at_least, or equal_to
+
+  [optimize.variations]                optional: machines about the design, the worst of which counts
+  spread = 0.1
+  count = 50
+
+Measures of a run (PeakValue, RootMeanSquare, Percentile, Integral, SettlingTime, PassageAmplitude,
+FatigueDamage) look at what [simulation] runs, through a sensor (Twist, Signal, Tachometer, ShaftStress,
+...). Measures of the machine itself (ResponsePeaks, H2Norm, DecayRate, UnbalancePeak, TotalMass) need
+no run. Every quantity carries its unit, limits too.
+
+what it writes:
+  summary.json             what was gained, by which values, and which constraint costs how much
+  <study>_optimized.toml   the study with the best values: run it
+  history.png              the search
+  before_after.png         what the sensors see, before and after (with measures of a run)
+  response.png             the response over frequency, before and after (with ResponsePeaks)
+"""
+
+_SWEEP = """\
+The section says which parameters scatter, or which values they take, and what to keep of each run, which
+is that of [simulation]:
+
+  [sweep]
+  count = 256                          how many cases; powers of two cover best
+  method = "sobol"                     or "latin", "random"; "saltelli" tells shares of the variance apart
+  seed = 0
+
+  [[sweep.parameters]]
+  path = "main.unbalance.eccentricity"
+  distribution = { kind = "uniform", low = "0.1 mm", high = "0.6 mm" }
+  also = { "second.unbalance.eccentricity" = 0.1 }     optional: follows, by a factor
+
+  [sweep.outputs.peak]
+  kind = "PeakValue"
+  sensor = { kind = "Radial", station = "main" }
+  at_most = "0.5 mm"                   optional: the share of cases within it is told
+
+Distributions: uniform (low, high), normal (mean, std, and low, high to cut it), lognormal (median, sigma
+of the logarithm), triangular (low, mode, high). Correlated ones: [[sweep.correlations]] with two paths
+and a value. Where all parameters have values = ["1 s", "2 s"] instead, or from, to and points, every
+combination is run. [sweep.table] with file and units reads the cases from a file.
+
+Outputs: measures as in [optimize] (PeakValue, PassageAmplitude, ResponsePeaks, ...), an OverSpeed (the
+largest value within ranges of speed; edges = { from = "0 rpm", to = "3000 rpm", points = 31 }), a
+TimeSeries.
+
+what it writes:
+  sweep.zarr          all cases, parameters and outputs, chunk by chunk as they are run; xarray.open_zarr
+                      reads it, while it grows too. Stop it any time: --resume goes on
+  summary.json        percentiles, shares within limits, what matters, which cases failed and why
+  distributions.png   histograms and shares; scatter.png: outputs over parameters; sensitivity.png: what
+                      matters; lines.png, map.png: of a grid; <output>.png: percentiles over speed or time
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    raw = argparse.RawDescriptionHelpFormatter
+    top = argparse.ArgumentParser(
+        prog="jaxrotor", description=_ABOUT, epilog=_EXAMPLES, formatter_class=raw
+    )
+    top.add_argument("--version", action="store_true", help="print the version and stop")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND")
+
+    def command(name: str, words: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(
+            name, help=words, description=f"{words[0].upper()}{words[1:]}.", formatter_class=raw
+        )
+        sub.add_argument("study", metavar="STUDY", type=Path, help="a study file (.toml)")
+        return sub
+
+    run = command("run", "simulate a study; write data, summary and figures")
+    run.add_argument("--out", metavar="DIR", type=Path, help="folder (default: results/<study>)")
+    run.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    run.add_argument(
+        "--force", action="store_true", help="write into a folder that holds other files too"
+    )
+    command("check", "validate a study, all of it; run nothing")
+    show = command("show", "draw the machine of a study, side view to scale")
+    show.add_argument("--out", metavar="FILE", type=Path, help="picture (default: <study>.png)")
+    modes = command("modes", "print natural frequencies, damping and whirl of each mode")
+    modes.add_argument("--speed", metavar="SPEED", help='such as "3000 rpm" (default: at rest)')
+    modes.add_argument("--count", type=int, default=12, help="how many modes (default: 12)")
+    modes.add_argument(
+        "--out", metavar="DIR", type=Path, help="write their shapes, drawn and as numbers"
+    )
+    modes.add_argument("--force", action="store_true", help="write into a folder in use")
+    campbell = command("campbell", "natural frequencies over speed: figure, table, critical speeds")
+    campbell.add_argument(
+        "--to",
+        metavar="SPEED",
+        help='highest speed, such as "6000 rpm" (default: 1.2 of the drive\'s)',
+    )
+    campbell.add_argument("--points", type=int, default=61, help="speeds (default: 61)")
+    campbell.add_argument("--modes", type=int, default=10, help="how many modes (default: 10)")
+    campbell.add_argument(
+        "--orders", default="1", help="excitation per turn, such as 1,2,4 (default: 1)"
+    )
+    campbell.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_campbell)"
+    )
+    campbell.add_argument("--force", action="store_true", help="write into a folder in use")
+    response = command(
+        "response",
+        "unbalance response over speed, or the response to a harmonic force: Bode, polar",
+    )
+    response.add_argument(
+        "--outputs",
+        metavar="NAMES",
+        help='what to watch, such as "disc.x,bearing.force.x,shaft.torque" (default: the rotors)',
+    )
+    response.add_argument(
+        "--to",
+        metavar="SPEED",
+        help='highest speed or frequency, such as "6000 rpm" (default: 1.2 of the drive\'s)',
+    )
+    response.add_argument("--points", type=int, default=600, help="speeds (default: 600)")
+    response.add_argument(
+        "--at", metavar="NAMES", help='harmonic force instead of unbalance, at such as "disc.x"'
+    )
+    response.add_argument(
+        "--speed", metavar="SPEED", help="with --at: the speed of the machine (default: at rest)"
+    )
+    response.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_response)"
+    )
+    response.add_argument("--force", action="store_true", help="write into a folder in use")
+    found = command(
+        "identify", "find parameters from measured runs, as [identify] in the study asks"
+    )
+    found.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_identify)"
+    )
+    found.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    found.add_argument("--force", action="store_true", help="write into a folder in use")
+    best = command(
+        "optimize", "find the best design under constraints, as [optimize] in the study asks"
+    )
+    best.epilog = _OPTIMIZE
+    best.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_optimize)"
+    )
+    best.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    best.add_argument("--force", action="store_true", help="write into a folder in use")
+    many = command(
+        "sweep",
+        "run a machine many times over, with scatter or on a grid, as [sweep] in the study asks",
+    )
+    many.epilog = _SWEEP
+    many.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_sweep)"
+    )
+    many.add_argument("--resume", action="store_true", help="go on with a sweep that was stopped")
+    many.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    many.add_argument(
+        "--force", action="store_true", help="write into a folder in use, over a stopped sweep too"
+    )
+    for lasting in (run, found, best, many):
+        lasting.add_argument(
+            "--time-limit",
+            metavar="TIME",
+            help='stop after such as "30 min", and keep what there is',
+        )
+    return top
