@@ -424,6 +424,10 @@ BAD_RUNS = {
         lambda: jr.static_equilibrium(jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0))),
         "`main` along y 58.9 N support undeformed",
     ),
+    "whether an unknown station sways": (
+        lambda: line().sways("mian"),
+        "there is no station `mian`: did you mean `main`?",
+    ),
     "static start that nothing carries": (
         lambda: jr.simulate(
             jr.Machine({"main": rotor()}, {}, gravity=(0, -9.81, 0)), 0.01, 1000.0, step=1e-3

@@ -179,7 +179,10 @@ class Machine(Part):
         )
 
     def sways(self, station: str) -> bool:
-        """Whether a station can move across the axis: not where a study of turning alone fixes it."""
+        """Whether a station can move across the axis: not where a study of turning alone fixes it. Raises
+        `InputError` for an unknown name."""
+        if station not in self.wiring.stations:
+            raise InputError(unknown("station", station, self.wiring.stations))
         index = self.wiring.stations.index(station)
         held = {h.coordinate for h in self.wiring.held if h.station == index and h.motion == FIXED}
         return not {0, 1} <= held
