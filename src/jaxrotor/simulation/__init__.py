@@ -2,15 +2,18 @@
 
 from .energy import EnergyAudit, energy_audit
 from .equilibrium import static_equilibrium
-from .plan import Plan, plan
+from .pilot import plan
+from .plan import Plan
 from .response import Response
 from .simulate import simulate
+from .simulation import Simulation
 from .state import State
 
 __all__ = [
     "EnergyAudit",
     "Plan",
     "Response",
+    "Simulation",
     "State",
     "energy_audit",
     "plan",
