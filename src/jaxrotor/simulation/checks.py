@@ -34,15 +34,10 @@ _STEADY_GAP = 1e-7
 _COARSE = 1e-2
 
 
-def check_solver(machine: Any, solver: Any) -> None:
-    """Are these a machine and a solver?"""
+def check_machine(machine: Any) -> None:
     if not isinstance(machine, Machine):
         raise InputError(f"machine must be a Machine, but is {machine!r}")
-    if solver is not None and not isinstance(solver, diffrax.AbstractSolver):
-        name = solver.__name__ if isinstance(solver, type) else "Tsit5"
-        raise InputError(
-            f"solver must be a solver of diffrax, such as diffrax.{name}(), but is {solver!r}"
-        )
+    machine.check()
 
 
 def sample_count(t_end: Any, sample_rate: Any, stations: int = 1) -> int:
@@ -75,14 +70,28 @@ def _memory() -> float:
         return 64e9
 
 
+def a_start(value: Any, place: str) -> Any:
+    """What `initial` may be."""
+    words = ("static", "running", "steady", "undeformed")
+    if isinstance(value, State) or (isinstance(value, str) and value in words):
+        return value
+    raise InputError(
+        f'{place} must be "static", "running", "steady", "undeformed" or a State, but is '
+        + " ".join(repr(value).split())
+    )
+
+
+def a_solver(value: Any, place: str) -> Any:
+    """What `solver` may be."""
+    if isinstance(value, diffrax.AbstractSolver):
+        return value
+    name = value.__name__ if isinstance(value, type) else "Tsit5"
+    raise InputError(
+        f"{place} must be a solver of diffrax, such as diffrax.{name}(), but is {value!r}"
+    )
+
+
 def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:
-    if not isinstance(initial, State) and not (
-        isinstance(initial, str) and initial in ("static", "running", "steady", "undeformed")
-    ):
-        raise InputError(
-            'initial must be "static", "running", "steady", "undeformed" or a State, but is '
-            + " ".join(repr(initial).split())
-        )
     if isinstance(initial, State):
         if speed is not None:
             raise InputError("a State brings its own speeds: leave `speed` out")
@@ -117,7 +126,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
         given, own = (None if x is None else known(x) for x in (speed, start))
         if given is not None and own is not None and abs(given - own) > 1e-9 * max(1.0, abs(own)):
             raise InputError(
-                f"speed is {given:g} rad/s, but the drive starts at {own:g} rad/s: leave speed out, "
+                f"speed is {given:g} rad/s, but the drive starts at {own:g} rad/s: leave it out, "
                 "or change the drive's profile"
             )
         speed = start

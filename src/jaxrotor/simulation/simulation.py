@@ -7,13 +7,20 @@ from typing import Any, Literal, TypedDict
 import diffrax
 from jaxtyping import Array, Float
 
-from ..core.arguments import number, positive
+from ..core.arguments import Check, number, positive
 from ..core.errors import InputError
 from ..core.gate import either
 from ..core.part import Part, option
 from ..integrators.exponential import ExponentialAdams
 from ..machine.machine import Machine
-from .checks import check_solver, initial_speed, refuse_sampled_whirl, sample_count
+from .checks import (
+    a_solver,
+    a_start,
+    check_machine,
+    initial_speed,
+    refuse_sampled_whirl,
+    sample_count,
+)
 from .plan import DEFAULT_TOLERANCE, Plan
 from .sampling_grid import grid_of
 from .solver import is_planned, solver_for
@@ -38,6 +45,11 @@ class Settings(TypedDict, total=False):
     rtol: float | None
     atol: float | None
     adjoint: diffrax.AbstractAdjoint | None
+
+
+def _checked(check: Check, default: Any = None) -> Any:
+    """Of a field that may hold what is traced."""
+    return dataclasses.field(default=default, metadata=dict(check=check))
 
 
 class Simulation(Part):
@@ -70,12 +82,10 @@ class Simulation(Part):
 
     t_end: float = option(positive("s"))
     sample_rate: float = option(positive("Hz"))
-    initial: Initial | State = "static"
-    speed: Float[Array, ""] | float | None = None
-    solver: diffrax.AbstractSolver | None = None
-    step: Plan | float | None = dataclasses.field(
-        default=None, metadata=dict(check=either(Plan, positive("s")))
-    )
+    initial: Initial | State = _checked(a_start, "static")
+    speed: Float[Array, ""] | float | None = _checked(number("rad/s"))
+    solver: diffrax.AbstractSolver | None = _checked(a_solver)
+    step: Plan | float | None = _checked(either(Plan, positive("s")))
     tolerance: float | None = option(number(above=0.0, below=1.0), default=None)
     rtol: float | None = option(number(above=0.0, below=1.0), default=None)
     atol: float | None = option(positive(), default=None)
@@ -84,8 +94,7 @@ class Simulation(Part):
     def check(self, machine: Machine) -> Float[Array, ""]:
         """The speed at the start, rad/s. Raises `InputError` where `machine` cannot be run so, or a setting
         would mean nothing to its solver."""
-        check_solver(machine, self.solver)
-        machine.check()
+        check_machine(machine)
         self._check_accuracy(solver_for(machine, self.solver))
         sample_count(self.t_end, self.sample_rate, len(machine.wiring.stations))
         speed = initial_speed(machine, self.initial, self.speed)
