@@ -52,8 +52,8 @@ from .rotors.unbalance import Unbalance
 from .shafts.asymmetry import Asymmetry, keyway
 from .shafts.bow import Bow, Kink
 from .shafts.crack import AbstractCrack, Crack, SwitchingCrack
+from .shafts.defect import AbstractShaftDefect, ShaftDefects
 from .shafts.finite import FiniteElementShaft
-from .shafts.flaw import AbstractFlaw, Flaws
 from .shafts.material import STEEL, Material
 from .shafts.rigid_pieces import RigidElementShaft
 from .shafts.section import Shaft
@@ -63,7 +63,7 @@ __all__ = [
     "AbstractCoupling",
     "AbstractCrack",
     "AbstractFilm",
-    "AbstractFlaw",
+    "AbstractShaftDefect",
     "AbstractLaw",
     "AbstractFeedback",
     "AbstractRaceDefect",
@@ -86,7 +86,7 @@ __all__ = [
     "EngineTorque",
     "FanLoad",
     "FiniteElementShaft",
-    "Flaws",
+    "ShaftDefects",
     "Force",
     "GearMesh",
     "Imperfection",

@@ -10,7 +10,7 @@ from .modes import Mode, modes
 from .norms import h2_norm, h_infinity_norm, response_peaks
 from .orders import OrderResponse, order_response, unbalance_response
 from .peak import Peak, unbalance_peak
-from .regulator import Regulator, closed_loop_cost, lqg, lqr
+from .regulator import LQG, Regulator, closed_loop_cost, lqg, lqr
 from .response import FrequencyResponse, frequency_response
 from .supports import CriticalSpeedMap, critical_speed_map
 from .threshold import stability_threshold
@@ -25,6 +25,7 @@ from .torsion import (
 from .transfer import Peaks
 
 __all__ = [
+    "LQG",
     "Campbell",
     "Cluster",
     "CriticalSpeedMap",
