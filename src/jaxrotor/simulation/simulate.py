@@ -19,12 +19,13 @@ from ..core.parameter import is_concrete, numbers, require_x64
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
-from .attitude import tell_attitude
-from .checks import judge, sample_count, speed_beyond, tell_error, turns_freely
+from .checks import sample_count, turns_freely
+from .judging import judge, speed_beyond, tell_attitude
 from .pilot import find_plan, plan_for, unresolved
 from .plan import Plan, refined
 from .ranges import tell_ranges
-from .response import Response, RunInfo
+from .response import Response
+from .run_info import RunInfo, tell_error
 from .run_setup import RunSetup, assembled, march_through, prepare, set_up
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for

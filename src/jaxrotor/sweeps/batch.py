@@ -15,8 +15,10 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..objectives.measure import Seen
 from ..search.instrumented import Instrumented
-from ..simulation.checks import _STEADY_GAP, initial_speed
-from ..simulation.response import Response, RunInfo
+from ..simulation.checks import initial_speed
+from ..simulation.judging import STEADY_GAP
+from ..simulation.response import Response
+from ..simulation.run_info import RunInfo
 from ..simulation.run_setup import RunSetup, assembled, march_through, prepare, stepped
 from ..simulation.solver import is_planned
 from ..simulation.start import start
@@ -60,7 +62,7 @@ def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d
     speed = initial_speed(machine, initial, setup.run.speed)
     y0, missed = start(*assembled(machine, setup.run), initial, speed)
     if isinstance(initial, str) and initial == "steady":
-        y0 = jnp.where(missed < _STEADY_GAP, y0, jnp.nan)
+        y0 = jnp.where(missed < STEADY_GAP, y0, jnp.nan)
     return y0
 
 
