@@ -4,7 +4,6 @@ import os
 from typing import Any
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from ..core.arguments import positive
 from ..core.errors import InputError
 from ..core.parameter import is_concrete, known, numbers
 from ..core.protocol import AbstractPrescribed
+from ..core.quick import quickly_compiled
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -153,7 +153,7 @@ def _drive_speed(machine: Machine) -> Float[Array, ""]:
     return _reference_speed(machine)
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _reference_speed(machine: Machine) -> Float[Array, ""]:
     return assemble(machine).reference(jnp.zeros(()))[1]
 
