@@ -118,8 +118,11 @@ class Response(eqx.Module):
         return eqx.tree_at(lambda r: (r.t, r.y), self, (self.t[:sample], self.y[:sample]))
 
     def to_xarray(self):
-        """An `xarray.Dataset`: position, velocity, acceleration and reaction over time, station and
-        coordinate, the elements' own signals over time and element; units and settings as attributes.
+        """An `xarray.Dataset`: `position`, `velocity`, `acceleration` and `reaction` (time, station, coordinate),
+        `speed` and `mass_centre`; and one by one, as `part_quantity`, each station's coordinates and speed, the
+        elements' own signals and what each exerts: `ds.main_x`, `ds.rubber_torque`, `ds.rubber_forces`. What no
+        name may hold becomes `_` (`"shaft 2"`: `ds.shaft_2_torque`); where two would be the same, the later has
+        a number behind. Units, long names, `element` and `quantity` are attributes, and so is how it was run.
         """
         from .export import to_xarray
 
