@@ -132,7 +132,7 @@ def _show(given: argparse.Namespace) -> int:
             f"`{target}`: must end in the name of a picture format, but ends in "
             f'"{target.suffix}": name it {target.stem}.png, .svg or .pdf'
         )
-    figure = draw_machine(study.machine)
+    figure = draw_machine(study.machine).figure
     with written_whole(target) as part:
         figure.savefig(part, dpi=150, bbox_inches="tight", format=target.suffix[1:])
     print(target)

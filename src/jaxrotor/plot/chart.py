@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..core.units import factor
-from .style import COLOURS, GREY, envelope, figure, label, legend
+from .style import COLOURS, GREY, Given, envelope, figure, label, legend
 
 # What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).
 _KINDS = {
@@ -33,7 +32,13 @@ class Curve(NamedTuple):
     unit: str
 
 
-def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = ()) -> Figure:
+def chart(
+    x: Curve,
+    curves: Sequence[Curve],
+    title: str,
+    units: Sequence[str] = (),
+    ax: Given | None = None,
+) -> np.ndarray:
     """Panels above each other, one for each unit, over the same `x`.
 
     `units` are those to draw in, where they fit. A curve that oscillates too densely for a line is
@@ -43,7 +48,7 @@ def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = 
     for curve in curves:
         panels.setdefault(curve.unit, []).append(curve)
     rows = len(panels)
-    fig, axes = figure(rows, 1, (9.0, 1.4 + 2.9 * rows), sharex=True)
+    _, axes = figure(rows, 1, (9.0, 1.4 + 2.9 * rows), ax, sharex=True)
     scale, shown = _scale([x], units)
     along = scale * x.values
     over_time = bool(np.all(np.diff(along) > 0))
@@ -62,7 +67,7 @@ def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = 
     axes[0, 0].set_title(title, fontsize=11, loc="left")
     axes[-1, 0].set_xlabel(f"{x.name}, {shown}")
     axes[-1, 0].set_xlim(float(along.min()), float(along.max()) or None)
-    return fig
+    return axes[:, 0]
 
 
 def _scale(curves: Sequence[Curve], units: Sequence[str]) -> tuple[float, str]:

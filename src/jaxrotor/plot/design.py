@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..linear.norms import response_peaks
 from ..linear.transfer import level, transfer
@@ -22,7 +21,7 @@ from ..optimization.problem import in_parts
 from ..simulation.response import Response
 from .chart import Curve, _draw, _scale
 from .lines import _PREFIXED
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, asked_panels, figure, label, legend
 
 # Numbers that span more than this factor have a logarithmic axis; of a search, where a few go astray.
 _WIDE, _ASTRAY = 20.0, 5.0
@@ -34,14 +33,14 @@ _BEFORE, _AFTER = COLOURS[1], COLOURS[0]
 _POINTS = 1200
 
 
-def search_history(found: Optimum) -> Figure:
+def search_history(found: Optimum, ax: Given | None = None) -> np.ndarray:
     """The objective of every evaluation, the best so far that keeps the bounds, and, where any was missed on
     the way, by how much, as part of its limit; of several searches one after the other."""
     sizes = found.problem.sizes()
     steps = [step for search in found.history for step in search]
     values, missed = np.array([_told(step.vector, found, sizes) for step in steps]).T
-    rows = 1 + bool(np.nanmax(missed, initial=0.0) > 0)
-    fig, axes = figure(rows, 1, (8.5, 1.2 + 2.9 * rows), sharex=True)
+    rows = min(asked_panels(ax, 1 + bool(np.nanmax(missed, initial=0.0) > 0)), 2)
+    _, axes = figure(rows, 1, (8.5, 1.2 + 2.9 * rows), ax, sharex=True)
     ax, at = axes[0, 0], np.arange(1, len(steps) + 1)
     sound = np.isfinite(values)
     kept = np.where(sound & (missed <= _MET), values, np.inf)
@@ -67,7 +66,7 @@ def search_history(found: Optimum) -> Figure:
     legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("evaluation")
     axes[-1, 0].xaxis.get_major_locator().set_params(integer=True)
-    return fig
+    return axes[:, 0]
 
 
 def _told(vector: np.ndarray, found: Optimum, sizes: list[int]) -> tuple[float, float]:
@@ -90,7 +89,8 @@ def before_after(
     before: Response,
     after: Response,
     constraints: Sequence[Constraint] = (),
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """What each judged sensor sees of the run before and after the design, a panel for each sensor. Dashed:
     limits of its peak; grey: time that no measure looks at."""
     groups: list[list[AbstractSignalMeasure]] = []
@@ -101,7 +101,7 @@ def before_after(
         else:
             own.append(measure)
     rows, t = len(groups), np.asarray(before.t)
-    fig, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), sharex=True)
+    _, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), ax, sharex=True)
     for ax, group in zip(axes[:, 0], groups):
         sensor = group[0].sensor
         curves = [
@@ -123,7 +123,7 @@ def before_after(
         legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("time, s")
     axes[-1, 0].set_xlim(float(t[0]), float(t[-1]))
-    return fig
+    return axes[:, 0]
 
 
 def _limits(measures: Sequence[Any], constraints: Sequence[Constraint]) -> list[float]:
@@ -143,12 +143,13 @@ def peaks_before_after(
     before: Machine,
     after: Machine,
     constraints: Sequence[Constraint] = (),
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """|output per input| over frequency before and after the design, with the peaks that are judged; a panel
     for each. Dashed: limits."""
     different = list({_words(m): m for m in measures}.values())
     rows = len(different)
-    fig, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows))
+    _, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), ax)
     for ax, measure in zip(axes[:, 0], different):
         w = np.linspace(measure.start, measure.stop, _POINTS)
         drawn = []
@@ -177,7 +178,7 @@ def peaks_before_after(
         ax.set_xlim(measure.start / (2 * np.pi), measure.stop / (2 * np.pi))
         label(ax, "frequency, Hz", unit or "magnitude", f"{measure.output} per {measure.input}")
         legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+    return axes[:, 0]
 
 
 def _words(measure: ResponsePeaks) -> tuple:

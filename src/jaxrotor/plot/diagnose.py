@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..diagnostics.orders import OrderTrack
 from ..diagnostics.spectra import FullSpectrum
 from ..diagnostics.waterfall import Waterfall
 from .labels import number, readable
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 _HERTZ, _RPM = 1 / (2 * np.pi), 30 / np.pi
 _ORDERS = (0.5, 1.0, 2.0)
@@ -32,11 +31,12 @@ def full_spectrum(
     unit: str = "m",
     highest: float | None = None,
     title: str = "Full spectrum",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Amplitudes of backward (left) and forward whirl (right), the other way round where the `speed`
     (rad/s) is negative; with it, dotted lines at so many times it, those of forward whirl positive.
     `highest`: Hz, where the axis ends; by default a little beyond the orders."""
-    fig, axes = figure(1, 1, (9.5, 4.6))
+    _, axes = figure(1, 1, (9.5, 4.6), ax)
     ax = axes[0, 0]
     size, words = readable(unit, found.amplitude)
     ax.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
@@ -58,7 +58,7 @@ def full_spectrum(
     label(ax, _sides(speed), f"amplitude, {words}")
     told = "" if speed is None else f", at {number(abs(speed) * _RPM)} rpm"
     ax.set_title(title + told, fontsize=10, loc="left", pad=16)
-    return fig
+    return ax
 
 
 def _marker(ax: Axes, x: float, words: str) -> None:
@@ -76,13 +76,14 @@ def waterfall_map(
     highest: float | None = None,
     decibel: bool = True,
     title: str = "Waterfall",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Amplitude by colour over frequency and speed; over time where the speed does not rise or fall
     throughout. In dB the 60 below the highest are told apart. `highest`: Hz, where the axis ends."""
     keep, low, high = _frequencies(found, highest)
     along, axis = _along(found)
     values = found.amplitude[:, keep]
-    fig, axes = figure(1, 1, (9.5, 6.0))
+    fig, axes = figure(1, 1, (9.5, 6.0), ax)
     ax = axes[0, 0]
     size, words = readable(unit, values)
     what = f"amplitude, {words}"
@@ -101,7 +102,7 @@ def waterfall_map(
     _order_lines(ax, found, along, orders, "white", (low, high))
     label(ax, _frequency_words(found), axis)
     ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return fig
+    return ax
 
 
 def cascade(
@@ -110,7 +111,8 @@ def cascade(
     unit: str = "m",
     highest: float | None = None,
     title: str = "Cascade",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Spectra as lines above each other, each from its speed (or time) on; the bar tells their amplitude.
     What lies behind a nearer one is hidden."""
     keep, low, high = _frequencies(found, highest)
@@ -123,7 +125,7 @@ def cascade(
     top = float(values.max()) or 1.0
     span = float(np.ptp(along)) or 1.0
     tall = 0.22 * span / top
-    fig, axes = figure(1, 1, (9.5, 6.4))
+    _, axes = figure(1, 1, (9.5, 6.4), ax)
     ax = axes[0, 0]
     # far ones first: the nearer ones stand before them
     for k, row in reversed(list(enumerate(chosen))):
@@ -149,7 +151,7 @@ def cascade(
     )  # fmt: skip
     label(ax, _frequency_words(found), axis)
     ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return fig
+    return ax
 
 
 def _round_below(x: float) -> float:
@@ -215,11 +217,16 @@ def _order_lines(
             )  # fmt: skip
 
 
-def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order tracking") -> Figure:
+def order_tracks(
+    found: OrderTrack,
+    unit: str = "m",
+    title: str = "Order tracking",
+    ax: Given | None = None,
+) -> np.ndarray:
     """Amplitude and phase of each order over the speed. A phase is drawn where its order has a hundredth of
     its own peak at least, and half a hundredth of the highest; it lies between -315° and 45°, so that
     resonances in x (from 0) and y (from -90°) pass unbroken."""
-    fig, axes = figure(2, 1, (9.0, 6.4), sharex=True)
+    _, axes = figure(2, 1, (9.0, 6.4), ax, sharex=True)
     speed = np.abs(found.speed) * _RPM
     order = np.argsort(speed, kind="stable")
     size, words = readable(unit, found.magnitude)
@@ -243,4 +250,4 @@ def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order trackin
     label(axes[0, 0], "", f"amplitude, {words}", title)
     label(axes[1, 0], "speed, rpm", "phase, °")
     legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+    return axes[:, 0]

@@ -3,21 +3,21 @@
 from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from scipy.interpolate import PchipInterpolator
 
 from ..identification.identification import Identification
 from ..identification.posterior import Posterior
 from ..identification.profile import LikelihoodProfile
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 
-def channel_fits(found: Identification) -> Figure:
+def channel_fits(found: Identification, ax: Given | None = None) -> np.ndarray:
     """Measured over simulated, and what is left with twice the standard deviation of the noise; a row for
     each channel of each run."""
     fits = found.channels
     several = len({f.run for f in fits}) > 1
-    fig, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), sharex="row")
+    _, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), ax, sharex="row")
     for (left, right), fit in zip(axes, fits):
         name = f"{fit.channel} of {fit.run}" if several else fit.channel
         left.plot(fit.t, fit.measured, color=GREY, linewidth=1.6, label="measured")
@@ -35,13 +35,13 @@ def channel_fits(found: Identification) -> Figure:
             f"{name}: 2 std of its noise dashed{chance}",
         )
     axes[0, 0].legend(frameon=False, fontsize=9, loc="upper left", ncols=2)
-    return fig
+    return axes
 
 
-def correlations(found: Identification) -> Figure:
+def correlations(found: Identification, ax: Given | None = None) -> Axes:
     """How far the parameters are told apart: 1 or -1, and only a combination of two is known."""
     n = len(found.paths)
-    fig, axes = figure(1, 1, (2.5 + 0.9 * n, 2.0 + 0.7 * n))
+    fig, axes = figure(1, 1, (2.5 + 0.9 * n, 2.0 + 0.7 * n), ax)
     ax = axes[0, 0]
     image = ax.imshow(found.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
     ax.set_xticks(range(n), found.paths, rotation=30, ha="right")
@@ -54,13 +54,13 @@ def correlations(found: Identification) -> Figure:
             ax.text(j, i, words, ha="center", va="center", fontsize=8,
                     color="white" if abs(r) > 0.6 else "black")  # fmt: skip
     fig.colorbar(image, ax=ax, label="correlation")
-    return fig
+    return ax
 
 
-def costs(found: Identification) -> Figure:
+def costs(found: Identification, ax: Given | None = None) -> Axes:
     """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one
     to the next the standard deviations change, and with them the cost."""
-    fig, axes = figure(1, 1, (7.0, 4.0))
+    _, axes = figure(1, 1, (7.0, 4.0), ax)
     ax, first = axes[0, 0], 1
     for k, (name, history) in enumerate(found.histories.items()):
         at = np.arange(first, first + len(history))
@@ -68,13 +68,15 @@ def costs(found: Identification) -> Figure:
         first += len(history)
     label(ax, "iteration", "cost")
     legend(ax)
-    return fig
+    return ax
 
 
-def profile_curves(found: Identification, curves: Mapping[str, LikelihoodProfile]) -> Figure:
+def profile_curves(
+    found: Identification, curves: Mapping[str, LikelihoodProfile], ax: Given | None = None
+) -> np.ndarray:
     """How twice the cost grows away from each estimate; dashed what its standard deviation makes one expect.
     Where the two part the interval is lopsided, or open."""
-    fig, axes = _panels(len(curves))
+    axes = _panels(len(curves), ax)
     limit = found.knowledge.quantile(0.95) ** 2
     for ax, (path, curve) in zip(axes, curves.items()):
         x = np.linspace(curve.values[0], curve.values[-1], 101)
@@ -88,12 +90,12 @@ def profile_curves(found: Identification, curves: Mapping[str, LikelihoodProfile
         ax.locator_params(axis="x", nbins=4)
         label(ax, _named(path, curve.unit), "growth of twice the cost")
     legend(axes[0])
-    return fig
+    return axes
 
 
-def posteriors(found: Identification, drawn: Posterior) -> Figure:
+def posteriors(found: Identification, drawn: Posterior, ax: Given | None = None) -> np.ndarray:
     """The draws of each parameter, over the bell that its estimate and standard deviation make."""
-    fig, axes = _panels(len(found.paths))
+    axes = _panels(len(found.paths), ax)
     for ax, path, unit in zip(axes, found.paths, found.units):
         x = drawn.draws[path].ravel()
         ax.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
@@ -104,17 +106,19 @@ def posteriors(found: Identification, drawn: Posterior) -> Figure:
         ax.locator_params(axis="x", nbins=4)
         label(ax, _named(path, unit), "density")
     legend(axes[0])
-    return fig
+    return axes
 
 
-def _panels(count: int) -> tuple[Figure, np.ndarray]:
-    """So many axes, three in a row."""
+def _panels(count: int, ax: Given | None) -> np.ndarray:
+    """So many axes: new ones, three in a row, or those given."""
+    if ax is not None:
+        return figure(count, 1, ax=ax)[1].ravel()
     columns = min(3, count)
     rows = -(-count // columns)
-    fig, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
+    _, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
     for ax in axes.ravel()[count:]:
         ax.set_visible(False)
-    return fig, axes.ravel()[:count]
+    return axes.ravel()[:count]
 
 
 def _named(path: str, unit: str) -> str:

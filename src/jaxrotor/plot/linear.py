@@ -5,11 +5,10 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..linear.campbell import Campbell
 from ..linear.modes import Mode, word_of
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, asked_panels, figure, label, legend
 
 RPM = 30 / np.pi
 HERTZ = 1 / (2 * np.pi)
@@ -33,13 +32,15 @@ def campbell_diagram(
     orders: Sequence[float] = (1.0,),
     critical: Sequence[float | Mode] | Mapping[float, Sequence[float | Mode]] | None = None,
     damping: Literal["ratio", "decrement"] = "ratio",
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """Frequencies over speed with the lines of `orders` and their crossings; below, where anything is
     damped, the damping ratio or the log decrement, with what is unstable shaded.
 
     `critical`: speeds (rad/s), or `critical_modes`, to mark instead of the interpolated crossings: those
     of the first order, or for each order its own. Torsional and axial ones, which unbalance does not
     excite, are small squares. Modes far above all order lines are left out, and a note counts them.
+    `ax`: one axes for the frequencies alone, or two.
     """
     rpm = RPM * np.asarray(campbell.speeds)
     hertz = HERTZ * np.asarray(campbell.frequencies)
@@ -50,10 +51,11 @@ def campbell_diagram(
     top = min(top, 1.06 * max(hertz.max(), reach))
     shown = [k for k in range(hertz.shape[1]) if hertz[:, k].min() < top]
     ratio = np.asarray(campbell.damping_ratios)[:, shown]
-    damped = bool(np.abs(ratio).max(initial=0.0) > 1e-9)
+    rows = min(asked_panels(ax, 1 + bool(np.abs(ratio).max(initial=0.0) > 1e-9)), 2)
+    damped = rows == 2
     size = (9.5, 8.5) if damped else (9.5, 6.0)
     grid = {"gridspec_kw": {"height_ratios": (2, 1)}} if damped else {}
-    fig, axes = figure(2 if damped else 1, 1, size, sharex=True, **grid)
+    _, axes = figure(rows, 1, size, ax, sharex=True, **grid)
     ax = axes[0, 0]
     for k in shown:
         _line(ax, rpm, hertz[:, k], classes[:, k])
@@ -88,10 +90,14 @@ def campbell_diagram(
         )
     if damped:
         _damping(axes[1, 0], rpm, campbell, shown, classes, damping)
-    return fig
+    return axes[:, 0]
 
 
-def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = "growth") -> Figure:
+def stability_map(
+    campbell: Campbell,
+    measure: Literal["growth", "decrement"] = "growth",
+    ax: Given | None = None,
+) -> Axes:
     """The least stable of the oscillating modes over speed: its largest real part (1/s), or the log
     decrement of the least damped one. What is unstable is shaded, its onset marked."""
     rpm, values = RPM * np.asarray(campbell.speeds), np.asarray(campbell.eigenvalues)
@@ -108,7 +114,7 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
     which = worst(amounts, axis=1)
     least = amounts[np.arange(len(rpm)), which]
     classes = _classes(campbell)
-    fig, axes = figure(1, 1, (9.0, 5.0))
+    _, axes = figure(1, 1, (9.0, 5.0), ax)
     ax = axes[0, 0]
     ax.plot(rpm, least, color=GREY, linewidth=1.0, zorder=1)
     for k in dict.fromkeys(which.tolist()):
@@ -138,7 +144,7 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
     label(ax, "speed, rpm", words)
     _radians(ax)
     legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="least stable mode")
-    return fig
+    return ax
 
 
 def _classes(campbell: Campbell) -> np.ndarray:

@@ -3,21 +3,25 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from matplotlib.ticker import StrMethodFormatter
 
 from ..linear.supports import CriticalSpeedMap
 from ..linear.torsion import Interference, TorsionalMode
 from .linear import HERTZ, RPM, _radians
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 _STYLES = ("-", "--", "-.", (0, (5, 1, 1, 1, 1, 1)))
 
 
-def support_map(found: CriticalSpeedMap, speeds: tuple[float, float] | None = None) -> Figure:
+def support_map(
+    found: CriticalSpeedMap,
+    speeds: tuple[float, float] | None = None,
+    ax: Given | None = None,
+) -> Axes:
     """Undamped forward critical speeds over the stiffness of the supports, with the stiffness that the
     supports have: a critical speed lies where the two meet. `speeds`: rad/s, shades a range of operation."""
-    fig, axes = figure(1, 1, (9.5, 6.0))
+    _, axes = figure(1, 1, (9.5, 6.0), ax)
     ax = axes[0, 0]
     for k in range(found.speeds.shape[1]):
         style = _STYLES[k % len(_STYLES)]
@@ -58,7 +62,7 @@ def support_map(found: CriticalSpeedMap, speeds: tuple[float, float] | None = No
     ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     label(ax, "stiffness of each support, N/m", "undamped critical speed, rpm")
     legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+    return ax
 
 
 def interference_diagram(
@@ -66,11 +70,12 @@ def interference_diagram(
     met: Sequence[Interference],
     speeds: tuple[float, float],
     margin: float = 0.1,
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Torsional frequencies, the lines of the orders, and where they meet; the range of `speeds` (rad/s) is
     shaded, with `margin` (a part of its ends) to either side. What meets there is marked."""
     low, high = speeds
-    fig, axes = figure(1, 1, (9.5, 6.0))
+    _, axes = figure(1, 1, (9.5, 6.0), ax)
     ax = axes[0, 0]
     orders = sorted({m.order for m in met})
     right = 1.35 * high
@@ -127,4 +132,4 @@ def interference_diagram(
     label(ax, "speed, rpm", "frequency, Hz")
     _radians(ax)
     legend(ax, loc="upper left")
-    return fig
+    return ax

@@ -4,14 +4,13 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..diagnostics.bifurcation import Bifurcation
 from ..diagnostics.centreline import Centreline
 from ..diagnostics.orbit import Orbit
 from ..diagnostics.poincare import PoincareSection
 from .labels import number, readable
-from .style import COLOURS, GREY, figure, label
+from .style import COLOURS, GREY, Given, figure, heading_above, label, legend_below
 
 _RPM = 30 / np.pi
 # The part of a turn that is left blank before each mark: blank, then bright, tells the direction.
@@ -20,25 +19,32 @@ _BLANK = 0.03
 _ROUND = 0.97
 
 
-def orbits(found: Mapping[str, Orbit], unit: str = "m", title: str = "") -> Figure:
-    """Orbits side by side, to one scale, by name, such as `{"all": orbit(...), "1x": filtered_orbit(...)}`.
+def orbits(
+    found: Mapping[str, Orbit] | Orbit,
+    unit: str = "m",
+    title: str = "",
+    ax: Given | None = None,
+) -> np.ndarray:
+    """One orbit; or several side by side, to one scale, by name, such as `{"all": orbit(...), "1x":
+    filtered_orbit(...)}`.
 
     Each turn begins with a dot, where the keyphasor's mark passes, after a short blank (blank-bright); the
     arrow has the direction of motion. Of an orbit of one order the ellipse is told."""
-    fig, axes = figure(1, len(found), (0.8 + 4.4 * len(found), 5.3))
+    found = {"": found} if isinstance(found, Orbit) else found
+    _, axes = figure(1, len(found), (0.8 + 4.4 * len(found), 5.3), ax)
     reach = 1.15 * max(float(np.abs([o.x, o.y]).max()) for o in found.values()) or 1.0
     size, words = readable(unit, [reach])
-    for k, (ax, (name, one)) in enumerate(zip(axes[0], found.items())):
-        _orbit(ax, one, size, COLOURS[k % len(COLOURS)])
-        ax.set_xlim(-size * reach, size * reach)
-        ax.set_ylim(-size * reach, size * reach)
-        ax.set_aspect("equal", adjustable="box")
-        told = _ellipse_words(one, size, words)
-        label(ax, f"x, {words}", f"y, {words}" if k == 0 else "", f"{name}{told}")
+    for k, (panel, (name, one)) in enumerate(zip(axes[0], found.items())):
+        _orbit(panel, one, size, COLOURS[k % len(COLOURS)])
+        panel.set_xlim(-size * reach, size * reach)
+        panel.set_ylim(-size * reach, size * reach)
+        panel.set_aspect("equal", adjustable="box")
+        told = _ellipse_words(one, size, words).removeprefix("" if name else ": ")
+        label(panel, f"x, {words}", f"y, {words}" if k == 0 else "", f"{name}{told}")
     speed = next(iter(found.values())).speed
     heading = f"{title or 'Orbit'} at {number(abs(speed) * _RPM)} rpm, about its mean"
-    fig.suptitle(heading, fontsize=11)
-    return fig
+    heading_above(axes, ax, heading, 11)
+    return axes[0]
 
 
 def _orbit(ax: Axes, one: Orbit, size: float, colour: str) -> None:
@@ -75,11 +81,12 @@ def centreline(
     clearance: float | None = None,
     unit: str = "m",
     title: str = "Shaft centreline",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Mean positions, the speed by colour; with a radial `clearance` (in the unit of x and y) inside the
     circle that the bearing leaves, its centre at 0."""
-    fig, axes = figure(1, 1, (7.4, 6.2))
-    ax = axes[0, 0]
+    fig, axes = figure(1, 1, (7.4, 6.2), ax)
+    given, ax = ax, axes[0, 0]
     reach = [clearance] if clearance else [found.x, found.y]
     size, words = readable(unit, np.concatenate([np.ravel(r) for r in reach]))
     x, y, speed = size * found.x, size * found.y, np.abs(found.speed) * _RPM
@@ -96,14 +103,8 @@ def centreline(
     ax.set_aspect("equal", adjustable="datalim")
     fig.colorbar(dots, ax=ax, label="speed, rpm")
     label(ax, f"x, {words}", f"y, {words}", title)
-    fig.legend(
-        *ax.get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-        frameon=False,
-        fontsize=9,
-    )
-    return fig
+    legend_below(axes, given, *ax.get_legend_handles_labels(), 3)
+    return ax
 
 
 def poincare(
@@ -111,10 +112,11 @@ def poincare(
     units: tuple[str, str] = ("m", "m/s"),
     names: tuple[str, str] = ("x", "dx/dt"),
     title: str = "Poincaré section",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Points of the phase plane, once a turn: a point is a motion that repeats each turn, p points one that
     repeats after p turns, a closed curve a quasi-periodic one. What was first is pale."""
-    fig, axes = figure(1, 1, (6.6, 5.4))
+    _, axes = figure(1, 1, (6.6, 5.4), ax)
     ax = axes[0, 0]
     (x_size, x_words), (v_size, v_words) = (
         readable(u, [*s, largest]) for u, s, largest in zip(units, found[:2], found.size)
@@ -132,13 +134,18 @@ def poincare(
     words = {0: "no short period", 1: "repeats each turn"}.get(told, f"repeats after {told} turns")
     label(ax, f"{names[0]}, {x_words}", f"{names[1]}, {v_words}")
     ax.set_title(f"{title}: {x.size} turns, {words}", fontsize=10, loc="left")
-    return fig
+    return ax
 
 
-def bifurcation(found: Bifurcation, name: str = "", title: str = "Bifurcation diagram") -> Figure:
+def bifurcation(
+    found: Bifurcation,
+    name: str = "",
+    title: str = "Bifurcation diagram",
+    ax: Given | None = None,
+) -> Axes:
     """The quantity (`name` for its axis) once a turn over the parameter: one point above a value where the
     motion repeats each turn, p where it repeats after p, a smear where it does not."""
-    fig, axes = figure(1, 1, (9.5, 5.6))
+    _, axes = figure(1, 1, (9.5, 5.6), ax)
     ax = axes[0, 0]
     turning = found.path_unit == "rad/s" and np.array_equal(found.values, found.speed)
     x_size, x_words = readable(found.path_unit, found.values)
@@ -154,4 +161,4 @@ def bifurcation(found: Bifurcation, name: str = "", title: str = "Bifurcation di
     failed = int(np.count_nonzero(found.failure != ""))
     told = f" ({failed} runs failed)" if failed else ""
     ax.set_title(f"{title}: {found.points.shape[1]} turns a run{told}", fontsize=10, loc="left")
-    return fig
+    return ax

@@ -34,9 +34,9 @@ class Twist(AbstractSensor):
     """How far the second station has turned ahead of the first, rad, their difference at the start
     included; measured as the twist of shafts is, by `chi = phi + psi theta/2`.
 
-    Where gears stand between them, `chi_second * (w_first / w_second) - chi_first` as seen at the first: a line
-    that turns as a whole has none, however fast and which way round each side turns. The ratio of speeds is
-    the gears' own (`GearMesh.ratio`, of several meshes the product).
+    Where gears stand between them, `chi_second * (w_first / w_second) - chi_first` as seen at the first: a
+    line that turns as a whole has none, however fast and which way round each side turns. The ratio of
+    speeds is the gears' own (`GearMesh.ratio`, of several meshes the product).
 
     From the state, which is measured from the drive: after thousands of turns nothing is lost to rounding.
     (In a line without a given spin the state itself holds whole angles.)

@@ -85,7 +85,8 @@ class RelativeStates(AbstractFeedback):
     back is how it twists about its last station.
 
     `ratios`: (stations - 1,), in geared lines: how many times as fast as the last each of the others turns
-    where nothing twists, negative against it; what is fed back is `phi - ratio * phi_last`. Left out: as fast.
+    where nothing twists, negative against it; what is fed back is `phi - ratio * phi_last`. Left out: as
+    fast.
     """
 
     stations: int = option(whole(2, 100), default=2)

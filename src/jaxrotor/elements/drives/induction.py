@@ -145,8 +145,8 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         - `power_factor`, `efficiency`: at full load, parts of one.
         - `breakdown_torque_ratio`, `starting_torque_ratio`, `starting_current_ratio`: parts of the
           full-load torque and current.
-        - `switch_on`: s, when the whole voltage is switched on: a parameter, `"motor.voltage.time"`; left out,
-          it is there from the start. For a soft start or a blackout replace the motor's `voltage`.
+        - `switch_on`: s, when the whole voltage is switched on: a parameter, `"motor.voltage.time"`; left
+          out, it is there from the start. For a soft start or a blackout replace the motor's `voltage`.
 
         One circuit with constant numbers cannot meet everything, above all not the starting values
         of a deep-bar rotor: a warning tells what is missed by over 3 %. All losses are taken as
