@@ -336,9 +336,9 @@ def test_twist_after_thousands_of_turns():
 
 
 def test_twist_of_geared_lines():
-    """As seen at the first station: `b` turns half as fast as `a`, against it. A line that turns as a whole has
-    none after a thousand turns, and a loop that is fed the twist asks for nothing; else it is what each side
-    has turned beyond its share, by hand."""
+    """As seen at the first station: `b` turns half as fast as `a`, against it. A line that turns as a whole
+    has none after a thousand turns, and a loop that is fed the twist asks for nothing; else it is what each
+    side has turned beyond its share, by hand."""
     mesh = jr.GearMesh([0.05, 0.1], jr.elements.KelvinVoigt(1e7, 1e3))
     feedback = jr.elements.TwistOf(0, 1, ratio=1 / mesh.ratio())
     machine = jr.Machine(

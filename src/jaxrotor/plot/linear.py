@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.transforms import ScaledTranslation
 
 from ..linear.campbell import Campbell
 from ..linear.modes import Mode, word_of
@@ -84,7 +85,8 @@ def campbell_diagram(
     _radians(ax)
     _legend_of(ax, classes[:, shown])
     if len(shown) < hertz.shape[1]:
-        words = f"{hertz.shape[1] - len(shown)} modes above {top:.4g} Hz are not shown"
+        left = hertz.shape[1] - len(shown)
+        words = f"{left} mode{'s' * (left > 1)} above {top:.4g} Hz {'are' if left > 1 else 'is'} not shown"
         ax.annotate(
             words, (0.99, 0.985), xycoords="axes fraction", ha="right", va="top", fontsize=8
         )
@@ -188,7 +190,9 @@ def _legend_of(ax: Axes, classes: np.ndarray) -> None:
     ax.legend(
         fontsize=9,
         loc="lower left",
-        bbox_to_anchor=(0.0, 1.09),
+        bbox_to_anchor=(0.0, 1.0),
+        # above the axis of rad/s, whatever the height of the panel
+        bbox_transform=ax.transAxes + ScaledTranslation(0, 0.47, ax.figure.dpi_scale_trans),
         ncols=5,
         frameon=False,
         borderpad=0,
