@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 import jaxrotor as jr
 from jaxrotor import plot
 from jaxrotor.plot import doors, select
-from jaxrotor.sweeps.accessor import SweepAccessor
 
 RATE = 2000.0
 # Of the balanced line: what a picture needs beside its defaults, and how many panels it has then.
@@ -90,11 +89,10 @@ def test_every_picture_has_one_face():
         for draw in behind.values():
             first = next(iter(inspect.signature(draw).parameters))
             hint = typing.get_type_hints(draw)[first]
-            shown = xr.Dataset if kind is SweepAccessor else kind
-            assert shown in (hint, *typing.get_args(hint))
+            assert kind in (hint, *typing.get_args(hint))
             *_, last = inspect.signature(draw).parameters.values()
             assert last.name == "ax" and last.default is None
-        if kind is not SweepAccessor:
+        if kind is not xr.Dataset:
             assert isinstance(inspect.getattr_static(kind, "plot"), property), kind
     assert set(PANELS) == set(doors._PICTURES[jr.Response])
 

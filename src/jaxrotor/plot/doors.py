@@ -9,6 +9,8 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+import xarray as xr
+
 from ..core.gate import bound
 from ..diagnostics.bifurcation import Bifurcation
 from ..diagnostics.centreline import Centreline
@@ -25,7 +27,6 @@ from ..linear.supports import CriticalSpeedMap
 from ..machine.machine import Machine
 from ..optimization.optimum import Optimum
 from ..simulation.response import Response
-from ..sweeps.accessor import SweepAccessor
 from .design import search_history
 from .diagnose import cascade, full_spectrum, order_tracks, waterfall_map
 from .diagnosed import (
@@ -95,7 +96,7 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
         "posteriors": posteriors,
     },
     Optimum: {"history": search_history},
-    SweepAccessor: {
+    xr.Dataset: {  # of a sweep, behind `dataset.jaxrotor`
         "distributions": distributions,
         "percentile_bands": percentile_bands,
         "grid_lines": grid_lines,
@@ -105,11 +106,8 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
         "sensitivity_bars": sensitivity_bars,
     },
 }
-_AXES = """
-
-        `ax`: where to draw, axes of matplotlib: one, or as many as there are panels, in reading order; left
-        out, a new figure of pyplot. Returns the axes: one, or an array of them; `.figure` is theirs.
-"""
+_AXES = """`ax`: where to draw, axes of matplotlib: one, or as many as there are panels, in reading order;
+left out, a new figure of pyplot. Returns the axes: one, or an array of them; `.figure` is theirs."""
 
 
 class Pictures:
@@ -127,7 +125,7 @@ class Pictures:
         return list(self._names)
 
     def __repr__(self) -> str:
-        lines = [f"pictures of a {type(self._owner).__name__}:"]
+        lines = [f"pictures of {_a(type(self._owner))}:"]
         for name in self._names:
             method = getattr(type(self), name)
             known = [p for p in inspect.signature(method).parameters if p != "self"]
@@ -146,7 +144,7 @@ def _face(kind: type) -> type[Pictures]:
     """The class of what stands behind `plot` of these objects: a method for each picture."""
     drawn = _PICTURES[kind]
     methods = {name: _method(kind, name, draw) for name, draw in drawn.items()}
-    words = f"What can be drawn of a {kind.__name__}. Called, it draws `{next(iter(drawn))}`."
+    words = f"What can be drawn of {_a(kind)}. Called, it draws `{next(iter(drawn))}`."
     about = {"__doc__": words, "__module__": __name__, "_names": tuple(drawn)}
     return type(f"PicturesOf{kind.__name__}", (Pictures,), methods | about)
 
@@ -161,15 +159,17 @@ def _method(kind: type, name: str, draw: Callable[..., Any]) -> Callable[..., An
     def method(self: Pictures, *args: Any, **kwargs: Any) -> Any:
         given = bound(name, asked, args, kwargs)
         with closed_on_failure():
-            return draw(getattr(self._owner, "dataset", self._owner), *given.args, **given.kwargs)
+            return draw(self._owner, *given.args, **given.kwargs)
 
     own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
     method.__name__, method.__qualname__ = name, f"PicturesOf{kind.__name__}.{name}"
-    method.__doc__ = (inspect.getdoc(draw) or "").rstrip() + inspect.cleandoc(_AXES).join(
-        ("\n\n", "\n")
-    )
+    method.__doc__ = f"{inspect.getdoc(draw)}\n\n{_AXES}\n"
     method.__signature__ = signature.replace(parameters=[own, *rest])  # pyright: ignore
     return method
+
+
+def _a(kind: type) -> str:
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 
 def _first_sentence(words: str | None) -> str:

@@ -1,8 +1,10 @@
 """What a sweep's dataset offers beside what xarray does: `found.jaxrotor`."""
 
+from typing import Any
+
 import xarray as xr
 
-from ..core.doors import plot_door
+from ..core.doors import through
 
 
 @xr.register_dataset_accessor("jaxrotor")
@@ -13,4 +15,7 @@ class SweepAccessor:
     def __init__(self, found: xr.Dataset):
         self.dataset = found
 
-    plot = plot_door()
+    @property
+    def plot(self) -> Any:
+        """What can be drawn of it: `print(found.jaxrotor.plot)` lists the pictures."""
+        return through("plot.doors", "pictures")(self.dataset)
