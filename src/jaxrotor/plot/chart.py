@@ -53,17 +53,17 @@ def chart(
     along = scale * x.values
     over_time = bool(np.all(np.diff(along) > 0))
     order = slice(None) if over_time else np.argsort(along, kind="stable")
-    for ax, (unit, members) in zip(axes[:, 0], panels.items()):
+    for panel, (unit, members) in zip(axes[:, 0], panels.items()):
         size, words = _scale(members, units)
         for i, curve in enumerate(members):
-            _draw(ax, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
-        low, high = ax.get_ylim()
+            _draw(panel, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
+        low, high = panel.get_ylim()
         if low < 0 < high:
-            ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+            panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
         what = _KINDS.get(unit, ("", ()))[0]
-        label(ax, "", ", ".join(w for w in (what, words) if w))
+        label(panel, "", ", ".join(w for w in (what, words) if w))
         # beside the panel: nowhere inside is sure to be free
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[0, 0].set_title(title, fontsize=11, loc="left")
     axes[-1, 0].set_xlabel(f"{x.name}, {shown}")
     axes[-1, 0].set_xlim(float(along.min()), float(along.max()) or None)

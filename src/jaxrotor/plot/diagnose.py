@@ -37,28 +37,28 @@ def full_spectrum(
     (rad/s) is negative; with it, dotted lines at so many times it, those of forward whirl positive.
     `highest`: Hz, where the axis ends; by default a little beyond the orders."""
     _, axes = figure(1, 1, (9.5, 4.6), ax)
-    ax = axes[0, 0]
+    panel = axes[0, 0]
     size, words = readable(unit, found.amplitude)
-    ax.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
+    panel.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
     end = float(np.abs(found.frequency).max())
     turns = 0.0 if speed is None else abs(float(speed)) * _HERTZ
     if highest is None and turns and orders:
         highest = 1.6 * max(orders) * turns
     end = end if highest is None else min(end, float(highest))
-    ax.set_xlim(-end, end)
+    panel.set_xlim(-end, end)
     shown = np.abs(found.frequency) <= end
-    ax.set_ylim(0, 1.12 * size * float(found.amplitude[shown].max()) or 1.0)
-    ax.axvline(0.0, color=GREY, linewidth=0.8)
+    panel.set_ylim(0, 1.12 * size * float(found.amplitude[shown].max()) or 1.0)
+    panel.axvline(0.0, color=GREY, linewidth=0.8)
     for order in orders if turns else ():
         for sign in (-1, 1):
             at = sign * order * turns
             if abs(at) < end:
                 against = sign * (1.0 if speed is None else float(speed)) < 0
-                _marker(ax, at, f"{'−' if against else ''}{order:g}×")
-    label(ax, _sides(speed), f"amplitude, {words}")
+                _marker(panel, at, f"{'−' if against else ''}{order:g}×")
+    label(panel, _sides(speed), f"amplitude, {words}")
     told = "" if speed is None else f", at {number(abs(speed) * _RPM)} rpm"
-    ax.set_title(title + told, fontsize=10, loc="left", pad=16)
-    return ax
+    panel.set_title(title + told, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def _marker(ax: Axes, x: float, words: str) -> None:
@@ -84,25 +84,25 @@ def waterfall_map(
     along, axis = _along(found)
     values = found.amplitude[:, keep]
     fig, axes = figure(1, 1, (9.5, 6.0), ax)
-    ax = axes[0, 0]
+    panel = axes[0, 0]
     size, words = readable(unit, values)
     what = f"amplitude, {words}"
     if decibel:
         top = max(float(values.max()), np.finfo(float).tiny)
         values = 20 * np.log10(np.maximum(values / top, 10 ** (-_RANGE / 20)))
         what, size = f"amplitude, dB of {number(size * top)} {words}", 1.0
-    image = ax.pcolormesh(
+    image = panel.pcolormesh(
         found.frequency[keep], along, size * values, shading="nearest", rasterized=True
     )
-    fig.colorbar(image, ax=ax, label=what)
-    ax.grid(False)
-    ax.set_xlim(low, high)
+    fig.colorbar(image, ax=panel, label=what)
+    panel.grid(False)
+    panel.set_xlim(low, high)
     if np.ptp(along) > 0:
-        ax.set_ylim(float(along.min()), float(along.max()))
-    _order_lines(ax, found, along, orders, "white", (low, high))
-    label(ax, _frequency_words(found), axis)
-    ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return ax
+        panel.set_ylim(float(along.min()), float(along.max()))
+    _order_lines(panel, found, along, orders, "white", (low, high))
+    label(panel, _frequency_words(found), axis)
+    panel.set_title(title, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def cascade(
@@ -126,32 +126,32 @@ def cascade(
     span = float(np.ptp(along)) or 1.0
     tall = 0.22 * span / top
     _, axes = figure(1, 1, (9.5, 6.4), ax)
-    ax = axes[0, 0]
+    panel = axes[0, 0]
     # far ones first: the nearer ones stand before them
     for k, row in reversed(list(enumerate(chosen))):
         line = along[row] + tall * values[k]
         order = 3 - 0.001 * k
-        ax.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
-        ax.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
+        panel.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
+        panel.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
     lowest, upper = (
         float(along.min()) - 0.02 * span,
         float((along[chosen] + tall * values.max(axis=1)).max()),
     )
-    ax.grid(False)
-    ax.set_xlim(low, high)
-    ax.set_ylim(lowest, upper + 0.03 * span)
-    _order_lines(ax, found, along, orders, COLOURS[1], (low, high))
+    panel.grid(False)
+    panel.set_xlim(low, high)
+    panel.set_ylim(lowest, upper + 0.03 * span)
+    _order_lines(panel, found, along, orders, COLOURS[1], (low, high))
     size, words = readable(unit, values)
     bar = _round_below(size * top) / size
-    ax.plot([1.02, 1.02], [along.min(), along.min() + tall * bar], color="black", linewidth=2.5,
-            transform=ax.get_yaxis_transform(), clip_on=False)  # fmt: skip
-    ax.annotate(
+    panel.plot([1.02, 1.02], [along.min(), along.min() + tall * bar], color="black", linewidth=2.5,
+            transform=panel.get_yaxis_transform(), clip_on=False)  # fmt: skip
+    panel.annotate(
         f"{size * bar:g} {words}", (1.03, along.min() + tall * bar / 2),
-        xycoords=ax.get_yaxis_transform(), va="center", fontsize=9, annotation_clip=False,
+        xycoords=panel.get_yaxis_transform(), va="center", fontsize=9, annotation_clip=False,
     )  # fmt: skip
-    label(ax, _frequency_words(found), axis)
-    ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return ax
+    label(panel, _frequency_words(found), axis)
+    panel.set_title(title, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def _round_below(x: float) -> float:

@@ -42,33 +42,33 @@ def correlations(found: Identification, ax: Given | None = None) -> Axes:
     """How far the parameters are told apart: 1 or -1, and only a combination of two is known."""
     n = len(found.paths)
     fig, axes = figure(1, 1, (2.5 + 0.9 * n, 2.0 + 0.7 * n), ax)
-    ax = axes[0, 0]
-    image = ax.imshow(found.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-    ax.set_xticks(range(n), found.paths, rotation=30, ha="right")
-    ax.set_yticks(range(n), found.paths)
-    ax.grid(False)
+    panel = axes[0, 0]
+    image = panel.imshow(found.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+    panel.set_xticks(range(n), found.paths, rotation=30, ha="right")
+    panel.set_yticks(range(n), found.paths)
+    panel.grid(False)
     for i in range(n):
         for j in range(n):
             r = found.correlation[i, j]
             words = f"{r:.2f}" if np.isfinite(r) else "unseen"
-            ax.text(j, i, words, ha="center", va="center", fontsize=8,
+            panel.text(j, i, words, ha="center", va="center", fontsize=8,
                     color="white" if abs(r) > 0.6 else "black")  # fmt: skip
-    fig.colorbar(image, ax=ax, label="correlation")
-    return ax
+    fig.colorbar(image, ax=panel, label="correlation")
+    return panel
 
 
 def costs(found: Identification, ax: Given | None = None) -> Axes:
     """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one
     to the next the standard deviations change, and with them the cost."""
     _, axes = figure(1, 1, (7.0, 4.0), ax)
-    ax, first = axes[0, 0], 1
+    panel, first = axes[0, 0], 1
     for k, (name, history) in enumerate(found.histories.items()):
         at = np.arange(first, first + len(history))
-        ax.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=name)
+        panel.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=name)
         first += len(history)
-    label(ax, "iteration", "cost")
-    legend(ax)
-    return ax
+    label(panel, "iteration", "cost")
+    legend(panel)
+    return panel
 
 
 def profile_curves(
@@ -78,17 +78,19 @@ def profile_curves(
     Where the two part the interval is lopsided, or open."""
     axes = _panels(len(curves), ax)
     limit = found.knowledge.quantile(0.95) ** 2
-    for ax, (path, curve) in zip(axes, curves.items()):
+    for panel, (path, curve) in zip(axes, curves.items()):
         x = np.linspace(curve.values[0], curve.values[-1], 101)
         expected = (x - found.values[path]) / curve.std
-        ax.plot(x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation")
+        panel.plot(
+            x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation"
+        )
         # the root is nearly straight: between the points it is joined, not its square
         root = PchipInterpolator(curve.values, curve.root)(x)
-        ax.plot(x, root**2, color=COLOURS[0], label="profile")
-        ax.plot(curve.values, curve.root**2, "o", color=COLOURS[0], markersize=4)
-        ax.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
-        ax.locator_params(axis="x", nbins=4)
-        label(ax, _named(path, curve.unit), "growth of twice the cost")
+        panel.plot(x, root**2, color=COLOURS[0], label="profile")
+        panel.plot(curve.values, curve.root**2, "o", color=COLOURS[0], markersize=4)
+        panel.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
+        panel.locator_params(axis="x", nbins=4)
+        label(panel, _named(path, curve.unit), "growth of twice the cost")
     legend(axes[0])
     return axes
 
@@ -96,15 +98,15 @@ def profile_curves(
 def posteriors(found: Identification, drawn: Posterior, ax: Given | None = None) -> np.ndarray:
     """The draws of each parameter, over the bell that its estimate and standard deviation make."""
     axes = _panels(len(found.paths), ax)
-    for ax, path, unit in zip(axes, found.paths, found.units):
+    for panel, path, unit in zip(axes, found.paths, found.units):
         x = drawn.draws[path].ravel()
-        ax.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
+        panel.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
         at = np.linspace(x.min(), x.max(), 201)
         mean, std = found.values[path], found.std[path]
         bell = np.exp(-0.5 * ((at - mean) / std) ** 2) / (std * np.sqrt(2 * np.pi))
-        ax.plot(at, bell, color=COLOURS[1], label="estimate and its std")
-        ax.locator_params(axis="x", nbins=4)
-        label(ax, _named(path, unit), "density")
+        panel.plot(at, bell, color=COLOURS[1], label="estimate and its std")
+        panel.locator_params(axis="x", nbins=4)
+        label(panel, _named(path, unit), "density")
     legend(axes[0])
     return axes
 
@@ -116,8 +118,8 @@ def _panels(count: int, ax: Given | None) -> np.ndarray:
     columns = min(3, count)
     rows = -(-count // columns)
     _, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
-    for ax in axes.ravel()[count:]:
-        ax.set_visible(False)
+    for panel in axes.ravel()[count:]:
+        panel.set_visible(False)
     return axes.ravel()[:count]
 
 

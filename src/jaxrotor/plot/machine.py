@@ -108,12 +108,10 @@ def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
     wide, high = right - left, (lanes - 1) * pitch + 3.3 * tall
     rows = min(_ROWS, len(_attached(machine)))
     words = (_ABOVE + _ROW * rows) / 72 if rows else 0.0  # inches
-    if ax is None:
-        width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
-        ax = figure(size=(width, max(2.5, width * high / wide + words)))[1][0, 0]
-    else:
-        ax = figure(ax=ax)[1][0, 0]
-        width = ax.bbox.width / ax.figure.dpi
+    width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
+    panel = figure(1, 1, (width, max(2.5, width * high / wide + words)), ax)[1][0, 0]
+    if ax is not None:
+        width = panel.bbox.width / panel.figure.dpi
     below = words * wide / width  # m
     thin = 0.008 * length
 
@@ -126,11 +124,11 @@ def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
     ):
         if isinstance(connector, AbstractConnector):
             (z0, y0), (z1, y1) = (at(machine.wiring.stations[s]) for s, _ in ends)
-            _draw_connection(ax, name, connector, z0, y0, z1, y1, tall)
+            _draw_connection(panel, name, connector, z0, y0, z1, y1, tall)
     for name, station in zip(machine.wiring.stations, machine.stations):
         z, y = at(name)
-        top = _draw_station(ax, station, z, y, tall, thin)
-        ax.annotate(
+        top = _draw_station(panel, station, z, y, tall, thin)
+        panel.annotate(
             name,
             (z, y + top),
             xytext=(0, 6),
@@ -140,13 +138,13 @@ def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
             fontweight="bold",
             annotation_clip=False,
         )
-    _draw_attachments(ax, machine, at, tall)
-    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
-    ax.set_aspect("equal")
-    ax.set_xlim(left, right)
-    ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
-    ax.axis("off")
-    return ax
+    _draw_attachments(panel, machine, at, tall)
+    _draw_scale(panel, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
+    panel.set_aspect("equal")
+    panel.set_xlim(left, right)
+    panel.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
+    panel.axis("off")
+    return panel
 
 
 def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:

@@ -42,7 +42,7 @@ def trajectories(
         panel.set_aspect("equal", adjustable="datalim")
         label(panel, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
     handles, names = axes[0, 0].get_legend_handles_labels()
-    told = legend_below(axes, ax, handles, names, 5)
+    told = legend_below(axes, ax, 5, handles, names)
     for line in told.get_lines():
         line.set_linewidth(max(1.0, line.get_linewidth()))
     return axes[0]
@@ -56,7 +56,7 @@ def distances(
     by default the rotors that can sway."""
     stations = select.named(stations, select.swaying(response.machine), "stations")
     _, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), ax, sharex=True)
-    for ax, name in zip(axes[:, 0], stations):
+    for panel, name in zip(axes[:, 0], stations):
         part = response[name]
         speed = np.asarray(part.speed)
         rest = _resting(response, name)
@@ -66,14 +66,16 @@ def distances(
         ):
             r = 1e3 * np.hypot(*(xy - rest).T)
             # a line in time, no band over bins of speed: where r is steep those would show ripple
-            ax.plot(speed, r, color=colour, linewidth=0.6, alpha=0.8, label=words)
+            panel.plot(speed, r, color=colour, linewidth=0.6, alpha=0.8, label=words)
         unbalance = getattr(response.machine[name], "unbalance", None)
         if unbalance is not None:
             e = 1e3 * float(np.asarray(unbalance.eccentricity))
-            ax.axhline(e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm")
-        ax.set_ylim(bottom=0)
-        label(ax, "", "distance, mm", f"`{name}`: distance from its position at rest")
-        legend(ax, loc="upper left")
+            panel.axhline(
+                e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm"
+            )
+        panel.set_ylim(bottom=0)
+        label(panel, "", "distance, mm", f"`{name}`: distance from its position at rest")
+        legend(panel, loc="upper left")
     axes[-1, 0].set_xlabel("speed, rad/s")
     return axes[:, 0]
 

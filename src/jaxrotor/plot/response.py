@@ -52,17 +52,17 @@ def bode(
     units = list(dict.fromkeys(line.unit for line in lines))
     panels = len(units) + 1
     _, axes = figure(panels, 1, (9.5, 1.6 + 2.6 * panels), ax, sharex=True)
-    for unit, ax in zip(units, axes[:-1, 0]):
+    for unit, panel in zip(units, axes[:-1, 0]):
         mine = [line for line in lines if line.unit == unit]
         size, shown, limits = magnitude(mine, unbalance)
         if limits[0] > 0:
-            ax.set_yscale("log")
+            panel.set_yscale("log")
         for line in mine:
             style = look(lines.index(line), len(along))
-            ax.plot(along, size * np.abs(line.values), label=line.name, **style)
-        ax.set_ylim(*limits)
-        label(ax, "", f"{words(response, mine[0])}, {shown}")
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            panel.plot(along, size * np.abs(line.values), label=line.name, **style)
+        panel.set_ylim(*limits)
+        label(panel, "", f"{words(response, mine[0])}, {shown}")
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     _phases(axes[-1, 0], along, lines, response)
     if not unbalance and along.min() > 0 and along.max() > _WIDE * along.min():
         axes[-1, 0].set_xscale("log")
@@ -145,11 +145,11 @@ def polar(
     units = list(dict.fromkeys(line.unit for line in lines))
     size = (6.6 * len(units), 7.2 + 0.25 * len(lines))
     _, axes = figure(1, len(units), size, ax, subplot_kw={"projection": "polar"})
-    for unit, ax in zip(units, axes[0]):
+    for unit, panel in zip(units, axes[0]):
         mine = [(k, line) for k, line in enumerate(lines) if line.unit == unit]
-        _draw_polar(ax, mine, response, mark)
-        ax.set_title(
-            f"{heading(response) if title is None else title}\n{ax.get_title()}", fontsize=10
+        _draw_polar(panel, mine, response, mark)
+        panel.set_title(
+            f"{heading(response) if title is None else title}\n{panel.get_title()}", fontsize=10
         )
     return axes[0]
 

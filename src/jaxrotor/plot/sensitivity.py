@@ -105,7 +105,7 @@ def sensitivity_bars(weights: xr.Dataset, ax: Given | None = None) -> np.ndarray
     )
     label(axes[-1, 0], words, "")
     if shares:
-        legend_below(axes, ax, *axes[0, 0].get_legend_handles_labels(), 2)
+        legend_below(axes, ax, 2, *axes[0, 0].get_legend_handles_labels())
     return axes[:, 0]
 
 

@@ -75,7 +75,7 @@ def mode_shapes(
     drawn[:] = panels
     handles, names = list(shown.values()), list(shown)
     if view == "2d" or ax is not None:
-        legend_below(drawn, ax, handles, names, 4)
+        legend_below(drawn, ax, 4, handles, names)
     else:  # without a layout, which would pull the overlapping squares apart
         look: dict[str, Any] = dict(ncols=4, frameon=False, fontsize=9)
         figure_of(drawn).legend(handles, names, loc="lower center", **look)

@@ -83,7 +83,7 @@ def figure_of(drawn: Any) -> Figure:
     return first if isinstance(first, Figure) else first.figure
 
 
-def legend_below(axes: np.ndarray, ax: Given | None, handles, names, ncols: int) -> Any:
+def legend_below(axes: np.ndarray, ax: Given | None, ncols: int, handles, names) -> Any:
     """One legend for all panels: below a new figure, which has room there; on given axes inside the first."""
     look: dict[str, Any] = dict(frameon=False, fontsize=9, ncols=ncols)
     if ax is not None:

@@ -84,8 +84,8 @@ def distributions(
             )  # fmt: skip
         if name in limits:
             one = limits[name]
-            for ax in (left, right):
-                ax.axvline(size * one.value, color="black", linewidth=1.1, linestyle="--")
+            for panel in (left, right):
+                panel.axvline(size * one.value, color="black", linewidth=1.1, linestyle="--")
             part, low, high = share(one.met(sound))
             unit = words.partition(", ")[2]
             right.set_title(
@@ -120,19 +120,21 @@ def percentile_bands(
         upper, high = (envelope(v, window)[1] for v in (upper, high))
     x = x * (30 / np.pi if over_speed else 1.0)
     _, axes = figure(1, 1, (9.5, 5.0), ax)
-    ax = axes[0, 0]
+    panel = axes[0, 0]
     sizes = dict(color=COLOURS[0], linewidth=0)
-    ax.fill_between(x, size * low, size * high, alpha=0.2, label="5 to 95 %", **sizes)
-    ax.fill_between(x, size * quarter, size * upper, alpha=0.4, label="25 to 75 %", **sizes)
-    ax.plot(x, size * middle, color=COLOURS[1], linewidth=0.5 if dense else 1.6, label="median")
+    panel.fill_between(x, size * low, size * high, alpha=0.2, label="5 to 95 %", **sizes)
+    panel.fill_between(x, size * quarter, size * upper, alpha=0.4, label="25 to 75 %", **sizes)
+    panel.plot(x, size * middle, color=COLOURS[1], linewidth=0.5 if dense else 1.6, label="median")
     if limit is not None:
-        ax.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--", label="limit")
+        panel.axhline(
+            size * limit.value, color="black", linewidth=1.1, linestyle="--", label="limit"
+        )
     if over_speed and np.nanmin(low, initial=0.0) >= 0:
-        ax.set_ylim(0, None)
-    ax.set_xlim(float(x[0]), float(x[-1]))
-    label(ax, "speed, rpm" if over_speed else "time, s", words)
-    legend(ax, ncols=4, **_ABOVE)
-    return ax
+        panel.set_ylim(0, None)
+    panel.set_xlim(float(x[0]), float(x[-1]))
+    label(panel, "speed, rpm" if over_speed else "time, s", words)
+    legend(panel, ncols=4, **_ABOVE)
+    return panel
 
 
 def _quantiles(values: np.ndarray) -> np.ndarray:
@@ -156,13 +158,15 @@ def grid_lines(
     x = x_size * found[path].values
     order = np.argsort(x)
     _, axes = figure(len(numbers), 1, (8.5, 1.0 + 2.8 * len(numbers)), ax, sharex=True)
-    for ax, (name, values) in zip(axes[:, 0], numbers.items()):
+    for panel, (name, values) in zip(axes[:, 0], numbers.items()):
         size, words = quantity_label(found, name, values)
-        ax.plot(x[order], size * values[order], "o-", color=COLOURS[0], markersize=4, linewidth=1.3)
+        panel.plot(
+            x[order], size * values[order], "o-", color=COLOURS[0], markersize=4, linewidth=1.3
+        )
         if name in limits:
-            ax.axhline(size * limits[name].value, color="black", linewidth=1.1, linestyle="--")
-            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
-        label(ax, "", words)
+            panel.axhline(size * limits[name].value, color="black", linewidth=1.1, linestyle="--")
+            panel.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
+        label(panel, "", words)
     _scaled(axes[-1, 0], found[path].values, "x")
     axes[-1, 0].set_xlabel(x_words)
     return axes[:, 0]
@@ -184,20 +188,20 @@ def grid_map(
     columns = min(2, len(numbers)) if ax is None else len(numbers)
     rows = -(-len(numbers) // columns)
     fig, axes = figure(rows, columns, (0.6 + 6.0 * columns, 4.6 * rows), ax)
-    for ax in axes.ravel()[len(numbers) :]:
-        ax.set_visible(False)
+    for panel in axes.ravel()[len(numbers) :]:
+        panel.set_visible(False)
     drawn = axes.ravel()[: len(numbers)]
-    for ax, (name, values) in zip(drawn, numbers.items()):
+    for panel, (name, values) in zip(drawn, numbers.items()):
         size, words = quantity_label(found, name, values)
         z = size * values.reshape(len(y), len(x))[up][:, across]
-        _map(fig, ax, x[across], y[up], z, words)
-        _scaled(ax, found[second].values, "x")
-        _scaled(ax, found[first].values, "y")
+        _map(fig, panel, x[across], y[up], z, words)
+        _scaled(panel, found[second].values, "x")
+        _scaled(panel, found[first].values, "y")
         if name in limits and np.nanmin(z) < size * limits[name].value < np.nanmax(z):
             at = [size * limits[name].value]
-            ax.contour(x[across], y[up], z, at, colors="#D55E00", linestyles="--", linewidths=2)
-            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
-        label(ax, x_words, y_words)
+            panel.contour(x[across], y[up], z, at, colors="#D55E00", linestyles="--", linewidths=2)
+            panel.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
+        label(panel, x_words, y_words)
     return drawn
 
 
@@ -214,21 +218,21 @@ def grid_over(found: xr.Dataset, name: str, limit: Any = None, ax: Given | None 
     p_size, p_words = quantity_label(found, path)
     at = p_size * found[path].values[order]
     fig, axes = figure(1, 1, (9.5, 5.0), ax)
-    ax = axes[0, 0]
+    panel = axes[0, 0]
     if len(at) <= len(COLOURS):
         for k, row in enumerate(values):
-            ax.plot(x, size * row, color=COLOURS[k], linewidth=1.2, label=number(at[k]))
+            panel.plot(x, size * row, color=COLOURS[k], linewidth=1.2, label=number(at[k]))
         if limit is not None:
-            ax.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--")
-        legend(ax, title=p_words, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        label(ax, "speed, rpm" if over_speed else "time, s", words)
-        ax.set_xlim(float(x[0]), float(x[-1]))
-        return ax
+            panel.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--")
+        legend(panel, title=p_words, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        label(panel, "speed, rpm" if over_speed else "time, s", words)
+        panel.set_xlim(float(x[0]), float(x[-1]))
+        return panel
     thin = max(1, len(x) // 1500)
-    _map(fig, ax, x[::thin], at, size * values[:, ::thin], words)
-    _scaled(ax, found[path].values, "y")
-    label(ax, "speed, rpm" if over_speed else "time, s", p_words)
-    return ax
+    _map(fig, panel, x[::thin], at, size * values[:, ::thin], words)
+    _scaled(panel, found[path].values, "y")
+    label(panel, "speed, rpm" if over_speed else "time, s", p_words)
+    return panel
 
 
 def _map(fig: Figure, ax: Axes, x: np.ndarray, y: np.ndarray, z: np.ndarray, words: str) -> None:
