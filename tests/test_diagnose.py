@@ -12,6 +12,7 @@ from jaxrotor import plot
 from jaxrotor.commands.diagnostic_figures import diagnosis
 from jaxrotor.diagnostics.orbit import ellipse
 from jaxrotor.objectives.measure import Seen
+from jaxrotor.plot.style import figure_of
 from jaxrotor.study.diagnosis import KINDS, Diagnosis
 
 RATE = 5000.0
@@ -543,13 +544,13 @@ def test_a_study_draws_them(whirl):
         return Diagnosis(title="Look", kind=kind, station="disc", **more)
 
     for kind in KINDS:
-        fig = diagnosis(whirl, wanted(kind, start="0 s"))
+        fig = figure_of(diagnosis(whirl, wanted(kind, start="0 s")))
         titles = [ax.get_title(loc="left") for ax in fig.axes] + [fig.get_suptitle()]
         assert any("Look: `disc`" in title for title in titles)
     late = diagnosis(whirl, wanted("orbit", start="0.2 s"))
-    assert "`turns`: must fit" in late.axes[0].texts[0].get_text().replace("\n", " ")
+    assert "`turns`: must fit" in late.texts[0].get_text().replace("\n", " ")
     beyond = diagnosis(whirl, wanted("poincare", start="9 s"))
-    assert "`start`: must lie within the run" in beyond.axes[0].texts[0].get_text()
+    assert "`start`: must lie within the run" in beyond.texts[0].get_text()
 
 
 STUDY = """

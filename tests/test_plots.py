@@ -146,6 +146,7 @@ def test_what_cannot_be_drawn_is_said_and_leaves_nothing_open(run):
         (lambda: run.plot.over_time("disk.x"), "did you mean `disc`"),
         (lambda: run.plot.over_time("disc.x", over="disc.w"), "there is no quantity `w`"),
         (lambda: run.plot.distances(["disc", "disk"]), "did you mean `disc`"),
+        (lambda: run.plot.speed_differences(driver="shaft"), "driver: there is no station `shaft`"),
         (lambda: run.plot.vibration(ax=3), r"ax must be axes of matplotlib.*but is int"),
         (lambda: run.plot.vibration(ax=plt.figure().subplots(2)), "3 axes.*but is 2"),
         (lambda: run.machine.plot.modes(0.0, 1, "3d", ax=plt.figure().subplots()), '"3d", but is'),
@@ -176,6 +177,17 @@ def test_machines_and_models_lead_to_theirs(run):
         [50 / 2 / np.pi, 60 / 2 / np.pi]
     )
     assert figures() == before and len(other.plot.campbell()) == 2
+
+
+def test_one_axes_for_a_picture_of_several_panels_is_the_first_of_them(run):
+    """Where that one says something alone: shafts without the drive, the orbit as it is."""
+    for name in ("torques", "orbit"):
+        _, ax = plt.subplots()
+        (found,) = getattr(run.plot, name)(ax=ax)
+        first, *others = panels_of(getattr(run.plot, name)())
+        assert found is ax and others
+        assert found.get_ylabel() == first.get_ylabel() and len(found.lines) == len(first.lines)
+        assert found.get_xlabel()
 
 
 def test_speeds_less_the_drives_know_the_gears():

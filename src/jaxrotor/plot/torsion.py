@@ -7,9 +7,10 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.protocol import AbstractConnector
 from ..diagnostics.spectrum import power_spectral_density
+from ..machine.wiring import unknown
 from ..simulation.response import Response
 from . import select
-from .style import COLOURS, GREY, Given, band, figure, label, legend
+from .style import COLOURS, GREY, Given, asked_panels, band, figure, label, legend
 
 # Drawn in place of nothing: a balanced line has no vibration, and a logarithm wants a number.
 _FLOOR = 1e-30
@@ -104,10 +105,12 @@ def torques(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Torques in the shafts (by default all that have one), and torque and power of the drive, where there is
-    one: three panels, else one."""
+    one: three panels, else one. `ax`: one axes for the shafts alone, or three."""
     usual = select.with_signal(response.machine, "torque", AbstractConnector)
     connectors = select.named(connectors, usual, "connectors")
     driver = select.drive(response.machine) if driver is None else driver
+    if asked_panels(ax, 3) == 1:
+        driver = None
     t = np.asarray(response.t)
     _, axes = figure(3 if driver else 1, 1, (9, 8 if driver else 4), ax, sharex=True)
     for i, name in enumerate(connectors):
@@ -136,7 +139,9 @@ def _beside_drive(
         raise InputError(
             "driver: no end of this machine is driven: name the station to compare with"
         )
-    response[driver]  # refuses what there is not
+    known = response.lineup.wiring.stations
+    if driver not in known:
+        raise InputError(f"driver: {unknown('station', driver, known)}")
     return (
         select.named(stations, select.rotors(machine)[:3], "stations"),
         driver,
