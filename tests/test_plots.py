@@ -166,6 +166,11 @@ def test_machines_and_models_lead_to_theirs(run):
     model = jr.linearize(run.machine, 100.0)
     (drawn,) = model.plot.modes(run.machine, 1, ax=right)
     assert drawn is right and right.get_title(loc="left").startswith(jr.modes(model, 1)[0].name)
+    space, ax = plt.subplots(subplot_kw={"projection": "3d"}, layout="constrained")
+    (drawn,) = run.machine.plot.modes(100.0, 1, "3d", ax=ax)  # linearised at this speed
+    assert drawn is ax and ax.get_title(loc="left") == right.get_title(loc="left")
+    space.canvas.draw()  # a layout that finds no room warns, and warnings are errors
+    plt.close(space)
     other = jr.linear.Campbell(
         np.array([0.0, 100.0]), np.array([[-1 + 50j], [-1 + 60j]]), np.array([[1.0], [1.0]]),
         ("1 forward",), ("lateral",),

@@ -66,11 +66,17 @@ def mode_shapes(
         lines = deflection.axes_of(machine, where, at_stations)
         dots = at_stations[:, deflection.SAME]
         left = 0.02 if high else 0.0
-        panel.set_title(_title(mode, float(model.speed)), fontsize=10, loc="left", x=left, y=high)
+        title = _title(mode, float(model.speed))
+        # nobody knows how wide a panel is that is given
+        title = title if ax is None else title.replace(" rpm, ", " rpm,\n")
+        panel.set_title(title, fontsize=10, loc="left", x=left, y=high)
         if view == "2d":
             _draw_flat(panel, mode.kind, where, lines, links, dots, shown)
         else:
             draw_space(panel, mode.kind, where, lines, links, dots, _senses(model), shown)
+            for line in panel.lines if ax is not None else ():
+                # a layout measures lines in space as if they were flat, and finds no room
+                line.set_in_layout(False)
     drawn = np.empty(len(panels), object)
     drawn[:] = panels
     handles, names = list(shown.values()), list(shown)
