@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.arguments import number, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -45,6 +46,7 @@ class Bifurcation(NamedTuple):
     unit: str
     path_unit: str
 
+    plot = plot_door()
     __repr__ = shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.gate import takes
 from ..core.result_text import shows
 from .orders import blocks_of
@@ -19,6 +20,7 @@ class Centreline(NamedTuple):
     speed: np.ndarray
     time: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows()
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -76,6 +77,7 @@ class Orbit(NamedTuple):
     orders: np.ndarray
     amplitude: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows(angle="rad", speed="rad/s")
 
     @takes(order=positive())

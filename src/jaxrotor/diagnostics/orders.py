@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -34,6 +35,7 @@ class OrderTrack(NamedTuple):
     speed: np.ndarray
     time: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows(speed="rad/s", time="s")
 
     @property

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arguments import number, positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -21,6 +22,7 @@ class PoincareSection(NamedTuple):
     time: np.ndarray
     size: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows(time="s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> int:

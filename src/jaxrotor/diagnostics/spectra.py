@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arguments import positive
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -22,6 +23,7 @@ class FullSpectrum(NamedTuple):
     frequency: np.ndarray
     amplitude: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows(frequency="Hz")
 
     def peak(self, low: float, high: float) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arguments import number, positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -27,6 +28,7 @@ class Waterfall(NamedTuple):
     time: np.ndarray
     amplitude: np.ndarray
 
+    plot = plot_door()
     __repr__ = shows(frequency="Hz", speed="rad/s", time="s")
 
     @property

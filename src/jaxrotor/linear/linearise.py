@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import number
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
@@ -55,6 +56,7 @@ class LinearModel(eqx.Module):
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
+    plot = plot_door()
     __repr__ = shows(without=("state",), speed="rad/s", spins="rad/s")
 
     @cached_property

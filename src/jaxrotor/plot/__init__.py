@@ -11,11 +11,12 @@ from .maps import interference_diagram, support_map
 from .motion import inclinations, spin, vibration
 from .orbits import bifurcation, centreline, orbits, poincare
 from .paths import distances, trajectories
+from .quantities import over_time, spectrum
 from .response import bode, polar
 from .sensitivity import scatter_matrix, sensitivity_bars
 from .shapes import mode_shapes
 from .sweep import distributions, grid_lines, grid_map, grid_over, percentile_bands
-from .torsion import differences, spectrum, torques
+from .torsion import speed_differences, speed_spectrum, torques
 
 __all__ = [
     "Curve",
@@ -30,7 +31,6 @@ __all__ = [
     "chart",
     "correlations",
     "costs",
-    "differences",
     "distances",
     "distributions",
     "draw_machine",
@@ -43,6 +43,7 @@ __all__ = [
     "mode_shapes",
     "orbits",
     "order_tracks",
+    "over_time",
     "peaks_before_after",
     "percentile_bands",
     "poincare",
@@ -53,6 +54,8 @@ __all__ = [
     "search_history",
     "sensitivity_bars",
     "spectrum",
+    "speed_differences",
+    "speed_spectrum",
     "spin",
     "stability_map",
     "support_map",

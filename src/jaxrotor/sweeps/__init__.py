@@ -1,5 +1,6 @@
 """One machine many times over, in batches."""
 
+from . import accessor as _accessor  # datasets know it from here on
 from .cases import Cases
 from .outputs import OverSpeed, TimeSeries
 from .sensitivity import local_slopes, rank_regression, sobol_indices
