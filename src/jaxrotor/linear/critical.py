@@ -2,7 +2,6 @@
 
 from typing import Any, Literal, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from ..core.arguments import numbers, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from .crossing import crossings
 from .eigen import eigensystem
@@ -169,7 +169,7 @@ def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Foun
     return _Found(jnp.array(values), jnp.stack(shapes, 1) if shapes else jnp.zeros((n, 0), complex))
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _met(machine: Machine, near: Array, k: Array, order, at) -> Array:
     """Newton's step, which carries the derivatives: the search is not differentiated."""
 
@@ -222,7 +222,7 @@ def _wanted(kind: str, sense: float, whirl: Whirl) -> bool:
     return kind == "lateral" and (sense if whirl == "forward" else -sense) > STRAIGHT
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _crossed(machine: Machine, near: Array, order, at) -> Array:
     """Newton's step on Im lambda(speed) = order speed."""
 

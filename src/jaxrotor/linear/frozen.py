@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
+from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from .linearise import LinearModel, linearize
 from .modes import shares_of, whirl_form, whirl_of
@@ -54,7 +55,7 @@ class Matrices(eqx.Module):
         )
 
 
-@eqx.filter_jit
+@quickly_compiled
 def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
     """With the stiffness at rest, and the gyroscopic moments in proportion to the speed."""
     # one program for all speeds, one after the other: batched LAPACK calls side by side can deadlock
@@ -71,13 +72,13 @@ def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
     )
 
 
-@eqx.filter_jit
+@quickly_compiled
 def at_rest(machine: Machine, order: Array, at: Any) -> Frozen:
     """The undamped machine with its matrices at rest."""
     return solved(matrices_at_rest(machine, at), order)
 
 
-@eqx.filter_jit
+@quickly_compiled
 def at_speed(machine: Machine, speed: Array, order: Array, at: Any) -> Frozen:
     """With stiffness and skew damping as they are at `speed` (rad/s, positive)."""
     model = linearize(machine, speed, at)
