@@ -1,4 +1,4 @@
-"""Which class a `kind` means. There is no register: the public classes of jaxrotor's packages are looked
+"""Which class a `kind` means. There is no register: the public names of jaxrotor's packages are looked
 through, so a new element is known to study files as soon as it is public."""
 
 import functools
@@ -6,6 +6,7 @@ import importlib
 import inspect
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import equinox as eqx
@@ -16,19 +17,21 @@ from .mistakes import Faults, guess
 
 def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
     """name -> class, for every public class of jaxrotor that is a `base` and can be built."""
-    return {name: c for name, c in sorted(_public().items()) if _fits(c, base)}
+    found = {name: getattr(room, name) for name, room in sorted(_rooms().items())}
+    return {name: c for name, c in found.items() if _fits(c, base)}
 
 
 def public_constants() -> dict[str, Any]:
-    """Name in small letters -> constant such as STEEL."""
-    found = {key.lower(): value for key, value in _public().items() if key.isupper()}
+    """Name in small letters -> constant such as STEEL, of what machines are made of."""
+    found = {key.lower(): getattr(elements, key) for key in elements.__all__ if key.isupper()}
     return {name: value for name, value in found.items() if isinstance(value, eqx.Module)}
 
 
 @functools.cache
-def _public() -> dict[str, Any]:
+def _rooms() -> dict[str, ModuleType]:
+    """Public name -> its package, which loads it when it is asked for."""
     rooms = (elements, integrators, objectives, optimization, profiles, sensors, sweeps)
-    return {name: getattr(room, name) for room in rooms for name in room.__all__}
+    return {name: room for room in rooms for name in room.__all__}
 
 
 def find_kind(
@@ -47,14 +50,15 @@ def find_kind(
         faults.add(place, f'{prefix}kind must be a text such as "Rotor", but is {kind!r}: quote it')
         return None
     if ":" not in kind:
-        known = public_kinds(base)
-        if kind not in known:
-            faults.add(
-                place,
-                f'{prefix}kind "{kind}" is unknown{guess(kind, known)}, or your own as '
-                '"package.module:Class"',
-            )
-        return known.get(kind)
+        cls = getattr(_rooms()[kind], kind) if kind in _rooms() else None
+        if _fits(cls, base):
+            return cls
+        faults.add(
+            place,
+            f'{prefix}kind "{kind}" is unknown{guess(kind, public_kinds(base))}, or your own as '
+            '"package.module:Class"',
+        )
+        return None
     module_name, _, class_name = kind.partition(":")
     cls, failure = _import(module_name, class_name, folder)
     if failure:

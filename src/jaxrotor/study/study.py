@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import simulation
 from ..core.arguments import path
 from ..core.document import read_document
 from ..core.errors import InputError
@@ -13,7 +14,6 @@ from ..core.protocol import AbstractPrescribed, AbstractStation
 from ..core.result_text import shows
 from ..core.units import shown
 from ..machine.machine import Machine
-from ..simulation.simulate import simulate
 from .diagnosis import Diagnosis
 from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
@@ -69,7 +69,7 @@ class Study:
 
     def run(self, progress: bool | None = None) -> Any:
         """Simulates: the `Response`. `progress`: as in `jaxrotor.simulate`."""
-        return simulate(self.machine, **self.settings.arguments(), progress=progress)
+        return simulation.simulate(self.machine, **self.settings.arguments(), progress=progress)
 
 
 @takes(path=path)

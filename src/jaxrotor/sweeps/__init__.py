@@ -1,20 +1,5 @@
 """One machine many times over, in batches."""
 
-from .cases import Cases
-from .outputs import OverSpeed, TimeSeries
-from .sensitivity import local_slopes, rank_regression, sobol_indices
-from .sweep import sweep
+import lazy_loader
 
-__all__ = [
-    "Cases",
-    "OverSpeed",
-    "TimeSeries",
-    "local_slopes",
-    "rank_regression",
-    "sobol_indices",
-    "sweep",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
