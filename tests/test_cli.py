@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
+from jaxrotor import simulation
 from jaxrotor.commands.cli import main
 from jaxrotor.core.errors import SimulationFailed
-from jaxrotor import simulation
 
 STUDY = """
 title = "a disc on a shaft"
