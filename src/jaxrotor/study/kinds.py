@@ -23,7 +23,7 @@ def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
 
 def public_constants() -> dict[str, Any]:
     """Name in small letters -> constant such as STEEL, of what machines are made of."""
-    found = {key.lower(): getattr(elements, key) for key in elements.__all__ if key.isupper()}
+    found = {key.lower(): getattr(elements, key) for key in dir(elements) if key.isupper()}
     return {name: value for name, value in found.items() if isinstance(value, eqx.Module)}
 
 
@@ -31,7 +31,7 @@ def public_constants() -> dict[str, Any]:
 def _rooms() -> dict[str, ModuleType]:
     """Public name -> its package, which loads it when it is asked for."""
     rooms = (elements, integrators, objectives, optimization, profiles, sensors, sweeps)
-    return {name: room for room in rooms for name in room.__all__}
+    return {name: room for room in rooms for name in dir(room)}
 
 
 def find_kind(
