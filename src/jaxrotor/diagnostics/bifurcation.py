@@ -26,6 +26,7 @@ from .shaft_angle import TURN
 _CONSTANT = 1e-9
 
 
+@shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 class Bifurcation(NamedTuple):
     """A diagram.
 
@@ -44,8 +45,6 @@ class Bifurcation(NamedTuple):
     failure: np.ndarray
     unit: str
     path_unit: str
-
-    __repr__ = shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> np.ndarray:
         """(n,): after how many turns each motion repeats, to `tolerance` of its `size`; 0 where not within

@@ -118,7 +118,7 @@ class Frequencies(AbstractDomain):
     low: float = option(number("Hz", least=0.0))
     high: float = option(number("Hz", least=0.0))
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         if not 0 <= self.low < self.high:
             raise InputError(f"low and high must rise, but are {self.low!r} and {self.high!r} Hz")
 

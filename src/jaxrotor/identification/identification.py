@@ -224,7 +224,7 @@ class Identification:
             ],
         }
 
-    def save(self, path: str | os.PathLike) -> Path:
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes `to_dict` as JSON, whole or not at all."""
         save_json(Path(path), self.to_dict())
         return Path(path)

@@ -19,6 +19,7 @@ from ..simulation.solver import is_planned, solver_for
 from ..simulation.state import State
 
 
+@shows(sample_rate="Hz", speed="rad/s")
 @takes(
     rtol=number(above=0.0, below=1.0),
     atol=positive(),
@@ -45,8 +46,6 @@ class MeasuredRun:
     solver: Any = None
     rtol: float = 1e-7
     atol: float = 1e-10
-
-    __repr__ = shows(sample_rate="Hz", speed="rad/s")
 
     def check(self, machine: Machine) -> None:
         """Raises `InputError` where `machine` cannot be run so."""

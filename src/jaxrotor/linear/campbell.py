@@ -21,6 +21,7 @@ from .modes import describe, modes, told_apart
 _MORE = 8
 
 
+@shows(without=("eigenvalues", "kinds"), speeds="rad/s", frequencies=HERTZ, damping_ratios="")
 class Campbell(eqx.Module):
     """Modes over speed. Rows are speeds, columns modes, each column one mode followed throughout.
 
@@ -34,10 +35,6 @@ class Campbell(eqx.Module):
     whirl: np.ndarray
     names: tuple[str, ...] = eqx.field(static=True)
     kinds: tuple[str, ...] = eqx.field(static=True)
-
-    __repr__ = shows(
-        without=("eigenvalues", "kinds"), speeds="rad/s", frequencies=HERTZ, damping_ratios=""
-    )
 
     @property
     def frequencies(self) -> np.ndarray:

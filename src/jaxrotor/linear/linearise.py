@@ -30,6 +30,7 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 _REAL = 1e-6
 
 
+@shows(without=("state",), speed="rad/s", spins="rad/s")
 class LinearModel(eqx.Module):
     """Small motions about a steady state: `M q'' + (C + G) q' + K q = F`, and with the elements' internal
     states `x' = A x + B F`, x = (q, q', internal).
@@ -54,8 +55,6 @@ class LinearModel(eqx.Module):
     spins: Float[Array, " n"]
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
-
-    __repr__ = shows(without=("state",), speed="rad/s", spins="rad/s")
 
     @cached_property
     def _system(self) -> tuple[Array, Array, Array, Array]:

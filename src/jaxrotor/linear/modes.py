@@ -19,6 +19,7 @@ _TOGETHER = 1e-7
 _PLANE = 0.6
 
 
+@shows(without=("log_decrement", "eigenvalue", "shares", "shape"), frequency=HERTZ)
 class Mode(NamedTuple):
     """One oscillating mode.
 
@@ -40,8 +41,6 @@ class Mode(NamedTuple):
     shares: dict[str, float]
     whirl: float
     shape: np.ndarray
-
-    __repr__ = shows(without=("log_decrement", "eigenvalue", "shares", "shape"), frequency=HERTZ)
 
 
 @takes(count=whole(1))

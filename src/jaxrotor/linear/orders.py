@@ -33,6 +33,7 @@ from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, chec
 _TURNS = 2
 
 
+@shows(speeds="rad/s")
 class OrderResponse(eqx.Module):
     """Steady vibration at each order: `values` (speed, order, output), complex; the motion is the sum over
     the orders of Re(value e^(i order phi)), phi the angle of the shaft. `speeds`: rad/s. `orders`: per turn.
@@ -43,8 +44,6 @@ class OrderResponse(eqx.Module):
     orders: tuple[float, ...] = eqx.field(static=True)
     outputs: tuple[str, ...] = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
-
-    __repr__ = shows(speeds="rad/s")
 
     @property
     def magnitude(self) -> Float[Array, "s k outputs"]:

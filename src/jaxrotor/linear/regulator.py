@@ -19,15 +19,15 @@ _UNREACHED = (
 _UNSEEN = "measure the one that does not, or let noise drive it where it neither grows nor dies out"
 
 
+@shows()
 class Regulator(NamedTuple):
     """`gain` (m, d): u = -gain x. `cost_matrix` X (d, d): from the state x0 it costs x0' X x0."""
 
     gain: Float[Array, "m d"]
     cost_matrix: Float[Array, "d d"]
 
-    __repr__ = shows()
 
-
+@shows()
 class Compensator(NamedTuple):
     """`z' = A z + B y, u = C z`, y the measurement. `cost`: the mean of x' Q x + u' R u in the long run."""
 
@@ -35,8 +35,6 @@ class Compensator(NamedTuple):
     B: Float[Array, "d p"]
     C: Float[Array, "m d"]
     cost: Float[Array, ""]
-
-    __repr__ = shows()
 
 
 @takes(A=matrix, B=matrix, Q=matrix, R=matrix)

@@ -26,6 +26,7 @@ Kind = Literal["receptance", "mobility", "accelerance"]
 POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
+@shows(frequencies=HERTZ)
 class FrequencyResponse(eqx.Module):
     """Complex amplitudes: `values` (frequency, output, input) per unit force or moment, or (speed, output)
     for unbalance. `frequencies`: rad/s (the speeds themselves for unbalance). The phase is that of the
@@ -39,8 +40,6 @@ class FrequencyResponse(eqx.Module):
     inputs: tuple[str, ...] = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
-
-    __repr__ = shows(frequencies=HERTZ)
 
     @property
     def magnitude(self) -> Float[Array, "..."]:

@@ -18,6 +18,7 @@ from ..machine.wiring import unknown
 from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
 
 
+@shows(without=("actual",), stiffness="N/m", speeds="rad/s")
 class CriticalSpeedMap(eqx.Module):
     """Undamped forward critical speeds over the radial stiffness of the supports, alike in x and y.
 
@@ -31,8 +32,6 @@ class CriticalSpeedMap(eqx.Module):
     speeds: np.ndarray
     supports: tuple[str, ...] = eqx.field(static=True)
     actual: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
-
-    __repr__ = shows(without=("actual",), stiffness="N/m", speeds="rad/s")
 
 
 @takes(stiffness=numbers("N/m", above=0.0), supports=names, count=whole(1))

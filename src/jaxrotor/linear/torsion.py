@@ -23,6 +23,7 @@ from .response import output_rows
 _BEYOND = 1.5
 
 
+@shows(without=("angles", "torques", "inertia_torques", "tooth_forces"), frequency=HERTZ)
 class TorsionalMode(NamedTuple):
     """One torsional mode, the largest angle 1 rad.
 
@@ -41,11 +42,8 @@ class TorsionalMode(NamedTuple):
     inertia_torques: dict[str, complex]
     tooth_forces: dict[str, complex] = {}
 
-    __repr__ = shows(
-        without=("angles", "torques", "inertia_torques", "tooth_forces"), frequency=HERTZ
-    )
 
-
+@shows(speed="rad/s")
 class Interference(NamedTuple):
     """A natural frequency met by an order of excitation at `speed`, rad/s; `separation`: how far that is
     from the range of speeds, as a part of its nearer end; 0 within."""
@@ -54,8 +52,6 @@ class Interference(NamedTuple):
     order: float
     speed: float
     separation: float
-
-    __repr__ = shows(speed="rad/s")
 
 
 def _ratio(machine: Machine, shaft: str) -> float:

@@ -143,7 +143,9 @@ def grid_lines(
     return fig
 
 
-def grid_map(found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] | None = None):
+def grid_map(
+    found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] | None = None
+) -> Figure:
     """Of a grid of two axes: each output that is one number, as a map; dashed its limit. Cases that failed
     are white."""
     first, second = axes_of(found)

@@ -1,5 +1,6 @@
 """A speed curve without a kink: a natural cubic spline, and one that smooths a measurement."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ class SpeedSpline(AbstractMotion):
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from table_faults(self.times, self.speeds, ("times", "speeds"), "s", rows=3)
 
     def _curvatures(self) -> Float[Array, " n"]:

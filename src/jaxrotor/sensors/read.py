@@ -24,7 +24,7 @@ _TIME_KEYS = ("column", "unit")
 
 
 @takes(path=path)
-def read_record(path: str | os.PathLike) -> Record:
+def read_record(path: str | os.PathLike[str]) -> Record:
     """A recorded run, described by a TOML file such as
 
     ```toml

@@ -2,6 +2,7 @@
 (those are the `Channel`'s)."""
 
 import abc
+from collections.abc import Iterator
 from typing import ClassVar
 
 import equinox as eqx
@@ -74,7 +75,7 @@ class Accelerometer(AbstractSensor):
         along = self.direction / jnp.linalg.norm(self.direction)
         return _station(response, self.station).acceleration[:, :3] @ along
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not abs(self.direction).max() > 0:
             yield "direction must not be zero: give a vector such as (0, 1, 0)"
 

@@ -31,6 +31,7 @@ from .solver import is_smooth, tolerances
 _TOLERANCE = 1e-6
 
 
+@shows(t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative="")
 class EnergyAudit(eqx.Module):
     """Energies over time, (nt,) each, J.
 
@@ -44,10 +45,6 @@ class EnergyAudit(eqx.Module):
     potential: Float[Array, " nt"]
     work_in: Float[Array, " nt"]
     lost: Float[Array, " nt"]
-
-    __repr__ = shows(
-        t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative=""
-    )
 
     @property
     def residual(self) -> Float[Array, " nt"]:

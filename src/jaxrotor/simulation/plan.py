@@ -36,6 +36,7 @@ _DEFAULT_TOLERANCE = 5e-5
 _PILOTS = 8
 
 
+@shows(speed="rad/s", top_speed="rad/s")
 @dataclass(frozen=True)
 class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.
@@ -54,8 +55,6 @@ class Plan:
     top_speed: float
     error: float = field(compare=False)
     tolerance: float
-
-    __repr__ = shows(speed="rad/s", top_speed="rad/s")
 
 
 def bucket(substeps: float) -> int:

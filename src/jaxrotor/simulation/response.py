@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -28,6 +28,9 @@ from ..machine.system import assemble
 from ..machine.wiring import unknown
 from .named_parts import forces_on_ends, inner_element, part_of
 from .response_text import part_text, response_text
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class RunInfo(eqx.Module):
@@ -117,7 +120,7 @@ class Response(eqx.Module):
         """The samples before `sample`."""
         return eqx.tree_at(lambda r: (r.t, r.y), self, (self.t[:sample], self.y[:sample]))
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xarray.Dataset":
         """An `xarray.Dataset`: position, velocity, acceleration and reaction over time, station and
         coordinate, the elements' own signals over time and element; units and settings as attributes.
         """
@@ -126,7 +129,9 @@ class Response(eqx.Module):
         return to_xarray(self)
 
     @takes(path=path, names=names)
-    def to_csv(self, path: str | os.PathLike, names: str | Sequence[str] | None = None) -> Path:
+    def to_csv(
+        self, path: str | os.PathLike[str], names: str | Sequence[str] | None = None
+    ) -> Path:
         """Writes time and quantities as a table, whole or not at all: a line of names (`"t"`, `"main.x"`,
         ...), a line of units, then a line for each sample with all digits. `read_record` reads it.
 
@@ -136,7 +141,7 @@ class Response(eqx.Module):
         """
         return through("study.table", "save_csv")(self, path, names)
 
-    def save(self, path: str | os.PathLike) -> Path:
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes netCDF, whole or not at all."""
         # by way of memory: HDF5 crashes the program when it closes a file for which the disk has no room
         data = self.to_xarray().to_netcdf(engine="h5netcdf", invalid_netcdf=False)

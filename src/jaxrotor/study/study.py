@@ -36,6 +36,7 @@ _SECTIONS = (
 _NO_SIMULATION = "simulation: is missing: write [simulation] with t_end and sample_rate"
 
 
+@shows(without=("figures", "identify", "optimize", "sweep"))
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `simulation` are the settings of a run, in SI; `figures` are drawn beside
@@ -52,8 +53,6 @@ class Study:
     identify: Any = None
     optimize: Any = None
     sweep: Any = None
-
-    __repr__ = shows(without=("figures", "identify", "optimize", "sweep"))
 
     @property
     def settings(self) -> Simulation:

@@ -16,6 +16,7 @@ Method = Literal["sobol", "latin", "random"]
 _TINY = float(np.finfo(float).eps)
 
 
+@shows()
 @dataclasses.dataclass(frozen=True)
 class Cases:
     """`values`: path -> (n,), SI; one entry of several as `"bearing.stiffness[0]"`. `axes`: of a grid, path
@@ -24,8 +25,6 @@ class Cases:
     values: dict[str, np.ndarray]
     how: str = "a table"
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
-
-    __repr__ = shows()
 
     def __post_init__(self):
         mapping(self.values, "cases:")

@@ -1,6 +1,7 @@
 """What a control loop measures of the stations that it is connected to."""
 
 import abc
+from collections.abc import Iterator
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -41,11 +42,11 @@ class TwistOf(AbstractFeedback):
     def stations_needed(self) -> int:
         return max(self.first, self.second) + 1
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, "2"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "2"]:
         (qa, va), (qb, vb) = motions[self.first], motions[self.second]
         return jnp.stack([qa[5] - qb[5], va[5] - vb[5]])
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if min(self.first, self.second) < 0 or self.first == self.second:
             yield (
                 "first and second must be two stations of the loop, counted from 0, but are "
@@ -66,7 +67,7 @@ class SpeedError(AbstractFeedback):
     def stations_needed(self) -> int:
         return self.station + 1
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, "1"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "1"]:
         return (motions[self.station][1][5] - self.setpoint.value(t))[None]
 
 
@@ -83,11 +84,11 @@ class RelativeStates(AbstractFeedback):
     def stations_needed(self) -> int:
         return self.stations
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if isinstance(self.stations, bool) or self.stations < 2:
             yield f"stations must be two at least, but is {self.stations!r}"
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, " k"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, " k"]:
         *others, (q_last, v_last) = motions[: self.stations]
         angles = [q[5] - q_last[5] for q, _ in others]
         speeds = [v[5] - v_last[5] for _, v in others]

@@ -1,6 +1,7 @@
 """A control loop in continuous time that puts a torque on the shaft."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -84,7 +85,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m", "wanted": "N*m", "power": "W"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if isinstance(self.controller, AbstractController):
             yield from fits(self.controller, self.measured)
 
@@ -94,7 +95,13 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
             [jnp.zeros(filtered), self.controller.initial(), self.actuator.initial()]
         )
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         seen, wanted, inner, driven = self._parts(t, motions, state)
         parts = []
         if self.cutoff is not None:
@@ -106,7 +113,9 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
         parts += [self.controller.rates(seen, inner, excess), self.actuator.rates(wanted, driven)]
         return jnp.concatenate(parts)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         needed = stations_needed(self.measured, self.between)
         if len(motions) < needed:  # for the machine to say so
             return (jnp.zeros(6),) * needed
@@ -115,20 +124,26 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     def times(self) -> Float[Array, " n"]:
         return jumps_of(self.measured)
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the first station, N·m."""
         _, wanted, _, driven = self._parts(t, motions, state)
         return self.actuator.torque(wanted, driven)
 
-    def wanted(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def wanted(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """What the controller asks for, N·m."""
         return self._parts(t, motions, state)[1]
 
-    def power(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def power(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Put into the shaft, W."""
         return power(self.torque(t, motions, state), motions, self.between)
 
-    def _parts(self, t, motions, state):
+    def _parts(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any):
         """What the controller sees, what it wants, its states, the actuator's."""
         seen = self.measured.values(t, motions)
         first = 0

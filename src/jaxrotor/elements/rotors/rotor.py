@@ -1,5 +1,6 @@
 """The rigid rotor with static and dynamic unbalance and geometric imperfection."""
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 import equinox as eqx
@@ -56,7 +57,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
 
     ports: ClassVar[tuple[str, ...]] = ("mass_centre", "left", "right")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         jp, jt = float(self.polar_inertia), float(self.transverse_inertia)
         if jp > 2 * jt:
             yield (

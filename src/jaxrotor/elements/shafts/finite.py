@@ -1,5 +1,6 @@
 """The shaft with mass, by finite elements."""
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
 import equinox as eqx
@@ -51,7 +52,9 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
     def mass_matrix(self) -> Float[Array, "12 12"]:
         return self.M
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         # gyroscopic, beyond what the nodes' spin momentum gives: workless, as G is skew
         (qa, va), (qb, vb) = motions
         spins = [self._spin(q, v) for q, v in motions]
@@ -63,7 +66,7 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
             on_a, on_b = on_a + extra[0], on_b + extra[1]
         return on_a, on_b
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def torque(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Twisting moment, N·m: positive when the right end leads."""
         k = self.K[11, 11]
         return twist_torque(k, self.rayleigh[1] * k, motions)
@@ -74,16 +77,16 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
             q, v = from_turning(q, v)
         return spin_speed(q, v)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.segment.strain_energy(*(q for q, _ in motions))
 
     def kinetic_energy(self, motions: tuple[Motion, ...]) -> Array:
         return self.segment.kinetic_energy(motions)
 
-    def height_energy(self, motions: tuple[Motion, ...], gravity) -> Array:
+    def height_energy(self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]) -> Array:
         return self.segment.height_energy(motions, gravity)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         rates = []
         for q, v in motions:
             if self.damping == "rotating":
@@ -136,7 +139,7 @@ class FiniteElementShaft(Composite, Carrying):
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from section_faults(self)
 
     @property

@@ -1,5 +1,6 @@
 """The shaft with mass, by rigid pieces joined by springs: the rigid finite element method."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import equinox as eqx
@@ -58,7 +59,7 @@ class RigidElementShaft(Composite, Carrying):
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from section_faults(self)
 
     @property

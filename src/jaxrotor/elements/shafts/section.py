@@ -1,6 +1,7 @@
 """The shaft section of the paper: elastic and damping, without inertia of its own."""
 
-from typing import ClassVar, Literal, NamedTuple
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -70,7 +71,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.inner_diameter) >= float(self.diameter):
             yield (
                 f"inner_diameter must be smaller than the diameter, but is "
@@ -140,7 +141,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         _, moment = self._section()
         return self.material.shear_modulus * 2 * moment / self.length
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...] | None:
         parts = []
         if self.damping == "rotating":
             B = self.rayleigh[1] * self._stiffness()
@@ -152,14 +155,16 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
         k = self._torsion()
         return twist_torque(k, self.rayleigh[1] * k, motions)
 
     # The energy is integrated along the section, apart from the matrices above.
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         (qa, _), (qb, _) = motions
         beyond = 0.0
         if self.flaw is not None:
@@ -194,7 +199,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             )
         )
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """alpha times twice the kinetic energy a rod of this mass would have, and beta times twice
         the strain energy of the rates (seen from the turning shaft where damping is rotating)."""
         area, moment = self._section()
