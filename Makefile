@@ -20,6 +20,7 @@ lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/python docs/typed.py
 
 matrix: ## the tests on each Python and JAX that is supported, as far as this machine has them
 	WORKERS=$(WORKERS) PYTEST_ARGS="$(PYTEST_ARGS)" .ci/matrix

@@ -262,12 +262,35 @@ class StationResponse(_Part):
             v = to_turning(self.position.T, v.T)[1].T
         return jnp.sum(self.reaction * v, axis=1)
 
-    x = property(lambda self: self.position[:, 0], doc="m")
-    y = property(lambda self: self.position[:, 1], doc="m")
-    z = property(lambda self: self.position[:, 2], doc="m")
-    psi = property(lambda self: self.position[:, 3], doc="rad")
-    theta = property(lambda self: self.position[:, 4], doc="rad")
-    phi = property(lambda self: self.position[:, 5], doc="rad")
+    @property
+    def x(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 0]
+
+    @property
+    def y(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 1]
+
+    @property
+    def z(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 2]
+
+    @property
+    def psi(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 3]
+
+    @property
+    def theta(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 4]
+
+    @property
+    def phi(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 5]
 
     @property
     def speed(self) -> Float[Array, " nt"]:
