@@ -79,7 +79,7 @@ class Orbit(NamedTuple):
 
     @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:
-        """Of one of the `orders`."""
+        """Of one of the `orders`. Raises `InputError` for another one."""
         at = np.flatnonzero(np.abs(self.orders - order) < 1e-9)
         if not at.size:
             have = ", ".join(f"{k:g}" for k in self.orders) or "none: it is not filtered"
@@ -139,6 +139,7 @@ def filtered_orbit(
     **Arguments:** as for `orbit` and `order_tracking`; amplitudes are those of the last whole `turns` (by
     default all there are), over which the motion should be steady. `ellipse(order)` of what is returned has
     semi-axes, inclination and precession. The curve closes where its orders repeat within 12 turns.
+    Raises `InputError` as `order_tracking` does.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
     there = turning.marks().size - 1

@@ -101,7 +101,8 @@ def turn_instants(
     turn, as a keyphasor sees it.
 
     `angle`: (nt,), rad, sampled at `sample_rate` (Hz), never turning back, not folded at 2 pi. Between
-    samples it is a quintic spline. `pulse_times` does the same for the forward marks of an encoder in a run.
+    samples it is a quintic spline. `pulse_times` does the same for the forward marks of an encoder in a
+    run. Raises `InputError` for an angle that is not so.
     """
     turning = Turning(angle, sample_rate)
     return turning.instants(turning.marks(phase))

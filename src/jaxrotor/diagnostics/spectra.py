@@ -25,7 +25,8 @@ class FullSpectrum(NamedTuple):
     amplitude: np.ndarray
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
-        """Frequency (Hz) and amplitude of the highest line from `low` to `high`."""
+        """Frequency (Hz) and amplitude of the highest line from `low` to `high`. Raises `InputError`
+        where no line lies there."""
         inside = np.flatnonzero((self.frequency >= low) & (self.frequency <= high))
         if not inside.size:
             lines = self.frequency

@@ -41,7 +41,8 @@ def _real(value: Any, place: str) -> np.ndarray:
 
 @takes(amplitude=_real, degrees=_real)
 def phasor(amplitude: Any, degrees: Any) -> np.ndarray:
-    """Complex numbers from amplitudes and angles in degrees."""
+    """Complex numbers from amplitudes and angles in degrees. Raises `InputError` for what is no finite
+    number."""
     return np.asarray(amplitude, float) * np.exp(1j * np.deg2rad(degrees))
 
 

@@ -46,7 +46,8 @@ class AbstractDomain(Part):
 
     @abc.abstractmethod
     def compare(self, series: Series, angles: Angles, place: str) -> Compared:
-        """For one measured signal; `angles` gives the shaft's angle (rad) at any instants (s)."""
+        """For one measured signal; `angles` gives the shaft's angle (rad) at any instants (s). Raises
+        `InputError` where it cannot be compared so: uneven, or too short."""
 
 
 class Time(AbstractDomain):

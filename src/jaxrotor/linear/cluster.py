@@ -62,7 +62,8 @@ def decay_rate(model: LinearModel) -> Float[Array, ""]:
     exp(-rate t). A free spin gives 0, instability less.
 
     Not smooth where another eigenvalue takes over (the derivative is that of one of them), and where the
-    slowest ones coalesce its slope grows without bound: use `pole_cluster` there.
+    slowest ones coalesce its slope grows without bound: use `pole_cluster` there. Raises `InputError`
+    where `model` is no `LinearModel`.
     """
     return -model.growth
 

@@ -149,7 +149,7 @@ def linearize(
     this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds and accelerations
     then count. In the first two, forces from outside bear what is not in balance (drag on a free spin;
     weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
-    holds for any component.
+    holds for any component. Raises `InputError` for another `at`, and for a speed that is not finite.
     """
     require_x64()
     if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):

@@ -47,7 +47,8 @@ class Mode(NamedTuple):
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take
-    `model.natural_frequencies`, which has the same order."""
+    `model.natural_frequencies`, which has the same order. Raises `InputError` where `model` is no
+    `LinearModel`, or `count` is below 1."""
     return named(model, *lowest(model, count))
 
 

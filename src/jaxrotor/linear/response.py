@@ -71,7 +71,8 @@ def frequency_response(
     A torque at `"engine.phi"` and `"shaft.torque"` out is the forced torsional vibration. Differentiable,
     and by `jax.vmap` over machines and speeds. Where a response has no bound (a free spin at 0 rad/s, a mode
     damped by less than 1e-9 at its own frequency) it is inf, with a warning; what does not meet that
-    motion is finite there too.
+    motion is finite there too. Raises `InputError` for a name that the machine does not have, and for
+    frequencies or a speed that are not finite.
     """
     check_kind(kind)
     inputs, outputs = as_names(inputs), as_names(outputs)

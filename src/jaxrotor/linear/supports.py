@@ -45,6 +45,9 @@ def critical_speed_map(
     """The `count` lowest undamped forward critical speeds for each `stiffness` (N/m) of the `supports`
     (default: all linear and speed-dependent ones), their damping and cross-coupling left out.
 
+    Raises `InputError` where the machine has no such support, for a stiffness that is not positive, and
+    where rounding hides critical speeds.
+
     Source: API RP 684, sec. 2.4 (undamped critical-speed map).
     """
     stiffness = np.atleast_1d(np.asarray(stiffness, float))

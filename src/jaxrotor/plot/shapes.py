@@ -37,7 +37,8 @@ def mode_shapes(
     "2d": lateral modes by x and y, each at the instant at which it is largest, inside the band of their
     orbits' long half axes; torsional ones by phi, axial ones by z. "3d": the stations' orbits, coloured
     by which way they run against the station's own spin, with the centre line at the instant of the dots;
-    torsional modes by turned spokes, axial ones by shifted stations.
+    torsional modes by turned spokes, axial ones by shifted stations. Raises `InputError` for another
+    view, for a mode that is none, and where no mode oscillates.
     """
     if view not in ("2d", "3d"):
         raise InputError(f'view must be "2d" or "3d", but is {view!r}')

@@ -74,7 +74,9 @@ class SpeedSpline(AbstractMotion):
 
         `lam`: the weight of smoothness, the penalty on the squared second derivative of speed; left
         out, it is found by generalised cross validation (scipy's `make_smoothing_spline`). The
-        points of the spline are then as few as keep it within a twentieth of the noise.
+        points of the spline are then as few as keep it within a twentieth of the noise. Raises
+        `InputError` for lists that are not equally long, rising and finite, five rows at least, and for
+        a negative `lam`.
         """
         from scipy.interpolate import CubicSpline, make_smoothing_spline
 

@@ -24,7 +24,8 @@ def angle_of(instants: Float[Array | np.ndarray, " n"], pulses: int, first: floa
 
 @takes(instants=numbers("s", fewest=2, rising=True), pulses=whole(1))
 def speed_of(instants: Float[Array | np.ndarray, " n"], pulses: int) -> Series:
-    """The mean speed between recorded instants, rad/s, in the middle between them."""
+    """The mean speed between recorded instants, rad/s, in the middle between them. Raises `InputError`
+    for instants that do not rise or are fewer than two, and for `pulses` below 1."""
     at = angle_of(instants, pulses).t
     return Series(0.5 * (at[1:] + at[:-1]), 2 * np.pi / pulses / np.diff(at), unit="rad/s")
 
@@ -34,7 +35,7 @@ def pulse_times(response: Response, station: str, pulses: int) -> np.ndarray:
     """Instants (s) at which a station passes the marks of an encoder, forwards, during a run.
 
     Between samples the angle is a cubic with its own rate, so the instants are far better than the samples
-    are dense.
+    are dense. Raises `InputError` where it is no station, and for `pulses` below 1.
     """
     part = response[station]
     if not isinstance(part, StationResponse):

@@ -22,7 +22,8 @@ class AbstractSensor(Part):
 
     @abc.abstractmethod
     def signal(self, response: Response) -> Float[Array, " nt"]:
-        """What it sees at the samples of the run, in `unit`."""
+        """What it sees at the samples of the run, in `unit`. Raises `InputError` where the machine has
+        no such part, or nothing there to be seen."""
 
 
 def _station(response: Response, name: str) -> StationResponse:
