@@ -76,7 +76,7 @@ def machine(angle, twist="invariant"):
         "active": (jr.elements.ActiveTorque(jr.elements.PD(80.0, 0.4), between=True), ("a", "f")),
         "switched": (jr.elements.SwitchedDamper(0.1, 0.9, 0.02, 0.5), ("a", "c")),
         "journal": (jr.JournalBearing(0.05, 0.02, 1e-3, 0.2), "e"),
-        "rub": (jr.Rub(0.0, 1e6, 0.05, 0.2, damping=0.1), "f"),
+        "rub": (jr.Rub(0.0, 1e6, 0.05, 0.2, hysteresis=0.1), "f"),
         "radial": (jr.RadialBearing(jr.elements.KelvinVoigt(1e5, 80.0)), "f"),
         "springs": (jr.LinearSupport(anisotropic, tangled), "c"),
         "swing": (jr.LinearSupport((0.0,) * 6, (0, 0, 0, 0, 0, 0.3)), "d"),

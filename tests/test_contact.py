@@ -29,7 +29,7 @@ def motion(e=(0.0, 0.0), e_t=(0.0, 0.0), spin=0.0):
     return jnp.array([*e, 0, 0, 0, 0.3], float), jnp.array([*e_t, 0, 0, 0, spin], float)
 
 
-RUB = jr.Rub(gap=1e-4, stiffness=1e6, radius=0.05, friction=0.2, damping=0.5)
+RUB = jr.Rub(gap=1e-4, stiffness=1e6, radius=0.05, friction=0.2, hysteresis=0.5)
 
 
 @pytest.mark.parametrize("spin", [200.0, -200.0])
@@ -99,7 +99,7 @@ def equations(speed, eccentricity, rub, mass=MASS):
         if u > 0:
             n = e / size
             tangent = np.array([-n[1], n[0]])
-            normal = float(rub.stiffness) * u * max(1 + float(rub.damping) * (v @ n), 0.0)
+            normal = float(rub.stiffness) * u * max(1 + float(rub.hysteresis) * (v @ n), 0.0)
             slip = v @ tangent + float(rub.radius) * speed
             friction = float(rub.friction) * normal * np.tanh(slip / float(rub.slip_speed))
             f = f - normal * n - friction * tangent
@@ -111,7 +111,7 @@ def equations(speed, eccentricity, rub, mass=MASS):
 def test_rub_against_other_equations():
     """Bouncing contact with friction, against SciPy's Radau."""
     speed, e = 330.0, 1e-4
-    rub = jr.Rub(gap=1.5e-4, stiffness=1e6, radius=0.05, friction=0.1, damping=0.5)
+    rub = jr.Rub(gap=1.5e-4, stiffness=1e6, radius=0.05, friction=0.1, hysteresis=0.5)
     run = jr.simulate(
         jeffcott(speed, {"rub": rub}, e), 0.1, 2000.0, "undeformed", rtol=1e-9, progress=False
     )
@@ -143,7 +143,7 @@ def test_smoothing_does_not_matter():
 
 def test_energy_of_a_rub():
     """A disc turning freely is braked by its rub; the books close."""
-    rub = jr.Rub(gap=1e-4, stiffness=1e6, radius=0.05, friction=0.3, damping=0.5)
+    rub = jr.Rub(gap=1e-4, stiffness=1e6, radius=0.05, friction=0.3, hysteresis=0.5)
     support = jr.LinearSupport([STIFFNESS] * 2 + [0.0] * 4, [DAMPING] * 2 + [0.0] * 4)
     machine = jr.Machine.in_line(
         {"disc": jr.Rotor(MASS, 0.001, 0.006, unbalance=jr.Unbalance(1e-4))},
@@ -166,7 +166,7 @@ def test_derivatives_through_contact_and_film():
         return (
             m["rub"].friction,
             m["rub"].gap,
-            m["rub"].damping,
+            m["rub"].hysteresis,
             m["film"].clearance,
             m["film"].viscosity,
         )

@@ -146,8 +146,7 @@ def test_riccati_of_a_stiff_machine():
     assert np.linalg.eigvals(loop).real.max() < 0
 
 
-@pytest.fixture(scope="module")
-def model():
+def linear(**more):
     """A rotor on a torsion spring with a tuned damper, a torque on it: x = (twist, its rate, and the ring's
     relative to the rotor)."""
     inertia, stiffness = 0.04, 900.0
@@ -158,11 +157,16 @@ def model():
                 "spring": jr.Coupling([0.0, 0, 0, 0, 0, stiffness]),
                 "disc": jr.Rotor(1.0, inertia, 0.03),
             },
-            attachments={"absorber": (jr.TorsionalDamper(0.004, 0.15, 70.0), "disc")},
+            attachments={"absorber": (jr.TorsionalDamper(0.004, 0.15, 70.0), "disc"), **more},
             fixed={"disc": ("x", "y", "z", "psi", "theta")},
         ),
         at="undeformed",
     )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return linear()
 
 
 ENERGY = np.diag([900.0, 0.04, 70.0, 0.004])  # as a weight
@@ -209,9 +213,10 @@ def test_compensator_of_a_machine(model):
     X = scipy.linalg.solve_continuous_are(A, B, ENERGY, EFFORT)
     S = scipy.linalg.solve_continuous_are(A.T, C.T, W, V)
     K, L = np.linalg.solve(EFFORT, B.T @ X), S @ C.T / V
-    np.testing.assert_allclose(found.C, -K, rtol=1e-9)
-    np.testing.assert_allclose(found.B, L, rtol=1e-8)
-    np.testing.assert_allclose(found.A, A - B @ K - L @ C, rtol=1e-8, atol=1e-8)
+    by = found.compensator
+    np.testing.assert_allclose(by.C, -K, rtol=1e-9)
+    np.testing.assert_allclose(by.B, L, rtol=1e-8)
+    np.testing.assert_allclose(by.A, A - B @ K - L @ C, rtol=1e-8, atol=1e-8)
 
     def mean_cost(A_c, B_c, C_c):
         """Of machine and compensator together, each with its noise."""
@@ -221,9 +226,9 @@ def test_compensator_of_a_machine(model):
         assert np.linalg.eigvals(whole).real.max() < 0
         return np.trace(weight @ exact_lyapunov(whole, noise))
 
-    best = mean_cost(*map(np.asarray, found[:3]))
+    A_c, B_c, C_c = map(np.asarray, (by.A, by.B, by.C))
+    best = mean_cost(A_c, B_c, C_c)
     assert found.cost == pytest.approx(best, rel=1e-10)
-    A_c, B_c, C_c = map(np.asarray, found[:3])
     for k in (0.95, 1.05):  # no other gains are better
         assert mean_cost(A_c, k * B_c, C_c) > best < mean_cost(A_c, B_c, k * C_c)
     slopes = [
@@ -235,6 +240,21 @@ def test_compensator_of_a_machine(model):
     up, down = (lqg(A, B, C, ENERGY, EFFORT, W, (1 + s * h) * V).cost for s in (1, -1))
     np.testing.assert_allclose(slopes, (up - down) / (2 * h), rtol=1e-6)
     np.testing.assert_allclose(slopes[0], slopes[1], rtol=1e-9)
+
+
+def test_a_loop_takes_the_compensator_as_it_is(model):
+    """Twist and rate are measured: the poles of the loop are those of regulator and filter."""
+    A, B, C = np.asarray(model.A), np.asarray(model.B), np.eye(2, 4)
+    W, V = 0.5 * B @ B.T, np.diag([1e-9, 1e-5])
+    found = lqg(A, B, C, ENERGY, EFFORT, W, V)
+    X = scipy.linalg.solve_continuous_are(A, B, ENERGY, EFFORT)
+    S = scipy.linalg.solve_continuous_are(A.T, C.T, W, V)
+    K, L = np.linalg.solve(EFFORT, B.T @ X), S @ C.T @ np.linalg.inv(V)
+    want = np.concatenate([np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)])
+    closed = linear(loop=(jr.elements.ActiveTorque(found.compensator), ("disc", "end")))
+    np.testing.assert_allclose(
+        np.sort_complex(np.linalg.eigvals(closed.A)), np.sort_complex(want), rtol=1e-6
+    )
 
 
 def test_refusals(model):

@@ -436,18 +436,13 @@ def test_32_bit_floats_are_refused_with_the_remedy(study_file):
 def test_run_passes_the_settings_on(study_file, monkeypatch):
     calls = []
     monkeypatch.setattr(
-        "jaxrotor.simulation.simulate", lambda machine, **given: calls.append((machine, given))
+        "jaxrotor.simulation.simulate",
+        lambda machine, simulation, **given: calls.append((machine, simulation, given)),
     )
     more = 'step = "0.5 ms"\norder = 4\nsolver = "ExponentialAdams"\n'
     study = jr.load(study_file(STUDY + more))
     study.run(progress=False)
-    ((machine, given),) = calls
-    assert machine is study.machine
-    assert given.pop("solver").order_ == 4
-    assert given == {
-        "t_end": 1.0,
-        "sample_rate": 1000.0,
-        "initial": "static",
-        "step": 5e-4,
-        "progress": False,
-    }
+    ((machine, simulation, given),) = calls
+    assert machine is study.machine and given == {"progress": False}
+    assert simulation.order == 4 and simulation.step == 5e-4
+    assert (simulation.t_end, simulation.sample_rate, simulation.initial) == (1.0, 1000.0, "static")

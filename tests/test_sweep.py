@@ -15,7 +15,7 @@ import jaxrotor as jr
 from jaxrotor.sweeps import batch
 from jaxrotor.sweeps.batch import placed, shares_linear
 from jaxrotor.sweeps.function import batched
-from jaxrotor.sweeps.sweep import _set_up
+from jaxrotor.sweeps.sweep import set_up
 
 RUN = dict(t_end=0.06, sample_rate=1000.0, initial="undeformed")
 TRACES = []
@@ -249,11 +249,9 @@ def test_a_state_brings_the_speed_that_is_planned_for():
     state = jr.State(np.zeros((1, 6)), v)
     cases = jr.Cases({"rotor.unbalance.eccentricity": [1e-4, 2e-4]})
     outputs = {"peak": jr.objectives.PeakValue(jr.sensors.Radial("rotor"))}
-    setup, steps = _set_up(
-        machine, cases, outputs, 0.05, 200.0, state, None, None, None, 1e-7, 1e-10
-    )
+    setup, steps = set_up(machine, cases, outputs, jr.Simulation(0.05, 200.0, state))
     assert np.all(steps >= 400.0 / 200.0 / 0.26)
-    assert float(setup.linearised_at) == pytest.approx(200.0)
+    assert float(setup.run.linearised_at) == pytest.approx(200.0)
 
 
 # Kinds of machines

@@ -16,7 +16,7 @@ from jaxrotor.study.kinds import public_kinds
 el = jr.elements
 BASES = (
     jr.AbstractInertia, jr.protocols.AbstractPrescribed, jr.AbstractConnector, jr.AbstractAttachment,
-    jr.profiles.AbstractSchedule, jr.profiles.AbstractMotion, el.AbstractLaw, el.AbstractFlaw,
+    jr.profiles.AbstractSchedule, jr.profiles.AbstractMotion, el.AbstractLaw, el.AbstractShaftDefect,
     el.AbstractController, el.AbstractFeedback, el.AbstractRaceDefect,
 )  # fmt: skip
 # No decimal fraction: what is rounded in writing would show.

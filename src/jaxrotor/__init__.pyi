@@ -93,11 +93,13 @@ from .profiles.schedule import (
 
 # to run it
 from .simulation.simulate import simulate as simulate
+from .simulation.simulation import Simulation as Simulation
 from .simulation.response import Response as Response
 from .simulation.state import State as State
 from .simulation.equilibrium import static_equilibrium as static_equilibrium
 from .simulation.energy import energy_audit as energy_audit
-from .simulation.plan import Plan as Plan, plan as plan
+from .simulation.pilot import plan as plan
+from .simulation.plan import Plan as Plan
 from .integrators.exponential import ExponentialAdams as ExponentialAdams, ETD4RK as ETD4RK
 from .integrators.rosenbrock import Rosenbrock as Rosenbrock
 

@@ -17,9 +17,6 @@ from ..study.study import Study
 from .options import study_name
 from .output import save_figure
 
-# Settings of [simulation] that the runs to be met share.
-_OF_RUNS = ("sample_rate", "initial", "speed", "step", "solver", "rtol", "atol")
-
 
 def identify_study(study: Study, progress: bool | None = None) -> Identification:
     """Runs the identification that the study asks for. What was found out about the files is said, unless
@@ -42,12 +39,11 @@ def _arguments(study: Study) -> dict[str, Any]:
         raise InputError(
             f"`{study_name(study)}`: has no [identify] section: give it records, sensors and unknowns"
         )
-    told, settings = study.identify, study.settings.arguments()
-    given = {k: settings[k] for k in _OF_RUNS if k in settings}
+    told = study.identify
     trials, problems = [], []
     for file, conditions in told.records:
         try:
-            trials.append(MeasuredRun(read_record(file), conditions=conditions, **given))
+            trials.append(MeasuredRun(read_record(file), study.settings, conditions))
         except InputError as error:
             problems += error.problems
     if problems:

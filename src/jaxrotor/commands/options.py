@@ -25,7 +25,7 @@ def quantity_of(text: str | None, unit: str, option: str) -> float | None:
 
 def reach_of(study: "Study", top: str | None) -> float:
     """The highest speed, rad/s: as asked, else 1.2 of the drive's."""
-    from ..simulation.plan import top_speed
+    from ..simulation.prescribed import top_speed
 
     reach = quantity_of(top, "rad/s", "--to")
     if reach is None and study.simulation is not None:

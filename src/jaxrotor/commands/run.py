@@ -14,6 +14,7 @@ from ..core.errors import SimulationFailed, SimulationInterrupted
 from ..core.files import folder_written_whole
 from ..core.interrupt import finishing, interrupted
 from ..integrators.progress import Interrupted, interruptible
+from ..study.settings import settings_of
 from ..study.study import Study
 from .options import study_name
 
@@ -111,7 +112,7 @@ def _extra(study: Study, response: Any, seconds: float, failure: BaseException |
         "study": study_name(study),
         "title": study.title,
         "source": study.source,
-        "settings": study.settings.model_dump(exclude_none=True),
+        "settings": settings_of(study.settings),
         "versions": {"python": platform.python_version(), **versions()},
         "timings": {"simulation_s": round(seconds, 3)},  # compiling included
         "solver": response.stats,

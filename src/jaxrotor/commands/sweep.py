@@ -34,11 +34,11 @@ def sweep_study(
         study.machine,
         asked.cases,
         asked.outputs,
+        study.settings,
         store=store,
         resume=resume,
         chunk=asked.chunk,
         progress=progress,
-        **study.settings.arguments(),
     )
     for name, unit in asked.units.items():
         if name in found:
@@ -50,7 +50,7 @@ def check_sweep(study: Study) -> None:
     """Raises `InputError` with what `sweep` refuses before it runs anything."""
     _check_zarr()
     told = _asked(study)
-    asked(study.machine, told.cases, told.outputs, **study.settings.arguments())
+    asked(study.machine, told.cases, told.outputs, study.settings)
 
 
 def _check_zarr() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..study.settings import settings_of
 from ..study.study import Study
 from ..sweeps.sensitivity import indices_of, rank_regression
 from ..sweeps.statistics import axes_of, numbers_of, percentiles, share
@@ -42,7 +43,7 @@ def summary_of(study: Study, found: xr.Dataset) -> dict[str, Any]:
             "title": study.title,
             "cases": found.attrs["cases"],
             "count": len(asked.cases),
-            "settings": study.settings.model_dump(exclude_none=True),
+            "settings": settings_of(study.settings),
             "parameters": parameters,
             "outputs": outputs,
             "failed": len(failed),

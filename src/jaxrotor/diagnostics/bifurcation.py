@@ -16,7 +16,7 @@ from ..objectives.peak import PeakValue
 from ..sensors.sensor import AbstractSensor
 from ..sweeps.cases import Cases, as_cases
 from ..sweeps.checks import check_cases
-from ..sweeps.planning import _speeds_of
+from ..sweeps.planning import prescribed_of
 from ..sweeps.sweep import sweep
 from .once_per_turn import PoincareSamples
 from .poincare import period_of
@@ -141,11 +141,10 @@ def _constant_speeds(machine: Machine, cases: Cases, turns: int) -> np.ndarray:
             "`machine`: must have a drive that holds its speed, but nothing prescribes its spin: prescribe "
             "phi of a station by ConstantSpeed"
         )
-    batch = {path: jnp.asarray(x) for path, x in cases.values.items()}
-    begin = np.abs(np.asarray(_speeds_of(machine, batch, jnp.zeros(1))))
+    begin = np.abs(prescribed_of(machine, cases.values, np.zeros(1)).speeds)
     slowest = float(begin[begin > 0].min(initial=np.inf))
     until = turns * TURN / slowest if np.isfinite(slowest) else 1.0
-    speeds = np.asarray(_speeds_of(machine, batch, jnp.linspace(0.0, until, 64)))
+    speeds = np.asarray(prescribed_of(machine, cases.values, np.linspace(0.0, until, 64)).speeds)
     fastest = np.abs(speeds).max(axis=1)
     uneven = np.ptp(speeds, axis=1) > _CONSTANT * fastest
     if uneven.any():

@@ -83,8 +83,8 @@ from .shafts.crack import (
     Crack as Crack,
     SwitchingCrack as SwitchingCrack,
 )
+from .shafts.defect import AbstractShaftDefect as AbstractShaftDefect, ShaftDefects as ShaftDefects
 from .shafts.finite import FiniteElementShaft as FiniteElementShaft
-from .shafts.flaw import AbstractFlaw as AbstractFlaw, Flaws as Flaws
 from .shafts.material import STEEL as STEEL, Material as Material
 from .shafts.rigid_pieces import RigidElementShaft as RigidElementShaft
 from .shafts.section import Shaft as Shaft

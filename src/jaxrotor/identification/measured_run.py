@@ -2,77 +2,76 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
-from ..core.arguments import mapping, number, positive
+from ..core.arguments import mapping
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..sensors.record import Record
-from ..simulation.checks import check_solver, initial_speed
-from ..simulation.plan import Plan, plan
-from ..simulation.simulate import Initial
-from ..simulation.solver import is_planned, solver_for
-from ..simulation.state import State
+from ..simulation.simulate import for_slopes, settled
+from ..simulation.simulation import Settings, Simulation, as_simulation
 
 
-@shows(sample_rate="Hz", speed="rad/s")
-@takes(
-    rtol=number(above=0.0, below=1.0),
-    atol=positive(),
-    sample_rate=positive("Hz"),
-    solver=None,
-    conditions=mapping,
-)
-@dataclasses.dataclass(frozen=True)
+@shows()
+@dataclasses.dataclass(frozen=True, init=False)
 class MeasuredRun:
     """**Arguments:**
 
-    - `record`: what was measured; its time 0 is that of the run.
-    - `sample_rate`: Hz, of the simulation; by default that of the fastest channel.
-    - `initial`, `speed`, `step`, `solver`, `rtol`, `atol`: as for `jr.simulate`.
+    - `record`: what was measured; its time 0 is that of the run, which lasts a little longer than it.
+    - `simulation`: how the run is simulated, a `Simulation`; or its fields as keywords (`initial="running"`,
+      `speed=...`, `step=...`). `sample_rate` is by default that of the fastest channel; `t_end` is the
+      record's.
     - `conditions`: what was different in this run: path -> value, such as a trial mass or another drive.
+
+    Raises `InputError` for what cannot be.
     """
 
     record: Record
-    sample_rate: float | None = None
-    initial: Initial | State = "static"
-    speed: float | None = None
-    conditions: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    step: Plan | float | None = None
-    solver: Any = None
-    rtol: float = 1e-7
-    atol: float = 1e-10
+    simulation: Simulation
+    conditions: Mapping[str, Any]
+
+    @takes(conditions=mapping)
+    def __init__(
+        self,
+        record: Record,
+        simulation: Simulation | None = None,
+        conditions: Mapping[str, Any] | None = None,
+        **settings: Unpack[Settings],
+    ):
+        if simulation is None and settings.get("sample_rate") is None:
+            settings["sample_rate"] = _fastest(record)
+        # values between samples need one beyond the last
+        end = {} if simulation is not None else {"t_end": record.end + 1.0}
+        simulation = as_simulation(simulation, settings | end)  # pyright: ignore
+        t_end = record.end + 2 / simulation.sample_rate
+        for name, value in dict(
+            record=record,
+            simulation=dataclasses.replace(simulation, t_end=t_end),
+            conditions=conditions or {},
+        ).items():
+            object.__setattr__(self, name, value)
 
     def check(self, machine: Machine) -> None:
         """Raises `InputError` where `machine` cannot be run so."""
-        machine = machine.set(self.conditions)
-        check_solver(machine, self.solver, self.step, self.rtol, self.atol)
-        initial_speed(machine, self.initial, self.speed)
+        self.simulation.check(machine.set(self.conditions))
 
     def planned(self, machine: Machine) -> "MeasuredRun":
-        """With its sample rate, and with a step fit for `machine`."""
-        rate = self.sample_rate
-        if rate is None:
-            rate = max(1.0 / float(np.median(np.diff(s.t))) for s in self.record.series.values())
-        machine = machine.set(self.conditions)
-        solver, step = solver_for(machine, self.solver), self.step
-        if step is None and is_planned(solver):
-            step = plan(machine, self.record.end + 2 / rate, rate, self.speed)
-        return dataclasses.replace(self, sample_rate=float(rate), step=step, solver=solver)
+        """With a solver and a step fit for `machine`, for slopes by forward mode."""
+        ready = for_slopes(settled(machine.set(self.conditions), self.simulation), reverse=False)
+        return MeasuredRun(self.record, ready, self.conditions)
 
-    @property
-    def t_end(self) -> float:
-        """A little beyond the last value, for values between samples."""
-        assert self.sample_rate is not None
-        return self.record.end + 2 / self.sample_rate
+
+def _fastest(record: Record) -> float:
+    """The rate of the fastest channel, Hz."""
+    return max(1.0 / float(np.median(np.diff(s.t))) for s in record.series.values())
 
 
 def as_measured_runs(data: Any) -> tuple[MeasuredRun, ...]:
-    """From a record, a trial, or several of them."""
+    """From a record, a measured run, or several of them."""
     many = data if isinstance(data, Sequence) else [data]
     found = []
     for one in many:

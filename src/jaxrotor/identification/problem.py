@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -18,6 +17,7 @@ from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..sensors.record import Series
 from ..simulation.response import StationResponse
+from ..simulation.simulate import for_slopes
 from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
 from .measured_run import MeasuredRun
 from .simulated import Run, Simulated, as_array
@@ -99,21 +99,12 @@ def pose(
     runs, signals = [], []
     start = space.placed(bench, jnp.zeros(len(space)))
     for trial in trials:
-        settings: dict[str, Any] = dict(
-            t_end=trial.t_end, sample_rate=trial.sample_rate, step=trial.step
-        )
-        if trial.solver is not None:
-            # adaptive solvers know one mode of differentiation at a time
-            settings.update(solver=trial.solver, adjoint=diffrax.ForwardMode())
-            settings.update(rtol=trial.rtol, atol=trial.atol)
         series = trial.record.series
         run = Run(
             tuple(jnp.asarray(s.t) for s in series.values()),
             {k: as_array(v) for k, v in trial.conditions.items()},
-            trial.initial,
-            as_array(trial.speed),
+            dataclasses.replace(trial.simulation, speed=as_array(trial.simulation.speed)),
             tuple(series),
-            tuple(settings.items()),
         )
         signals += _signals(bench, trial, domain, _angles(run, start, shaft))
         runs.append(run)
@@ -209,13 +200,10 @@ def _angles(run: Run, bench: Instrumented, shaft: str | None) -> Angles:
 def in_reverse(problem: Problem) -> Problem:
     """The same for slopes by reverse mode."""
 
-    def turned(run: Run) -> Run:
-        settings = dict(run.settings)
-        if "adjoint" in settings:
-            settings["adjoint"] = diffrax.RecursiveCheckpointAdjoint()
-        return dataclasses.replace(run, settings=tuple(settings.items()))
-
-    runs = tuple(turned(run) for run in problem.simulated.runs)
+    runs = tuple(
+        dataclasses.replace(run, simulation=for_slopes(run.simulation, reverse=True))
+        for run in problem.simulated.runs
+    )
     return dataclasses.replace(problem, simulated=dataclasses.replace(problem.simulated, runs=runs))
 
 

@@ -11,23 +11,20 @@ from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..simulation.response import Response
 from ..simulation.simulate import simulate
+from ..simulation.simulation import Simulation
 
 
 class Run(eqx.Module):
-    """One trial, ready to be simulated: `channels` are asked at `times` (s)."""
+    """One measured run, ready to be simulated: `channels` are asked at `times` (s)."""
 
     times: tuple[Array, ...]
     conditions: dict[str, Any]
-    initial: Any
-    speed: Any
+    simulation: Simulation
     channels: tuple[str, ...] = eqx.field(static=True)
-    settings: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # further keywords of `simulate`
 
     def response(self, bench: Instrumented) -> Response:
         machine = bench.machine.set(self.conditions) if self.conditions else bench.machine
-        return simulate(
-            machine, initial=self.initial, speed=self.speed, progress=False, **dict(self.settings)
-        )
+        return simulate(machine, self.simulation, progress=False)
 
     def records(self, bench: Instrumented) -> tuple[Float[Array, " nt"], ...]:
         response = self.response(bench)

@@ -17,6 +17,7 @@ from .orders import (
 )
 from .peak import Peak as Peak, unbalance_peak as unbalance_peak
 from .regulator import (
+    LQG as LQG,
     Regulator as Regulator,
     closed_loop_cost as closed_loop_cost,
     lqg as lqg,

@@ -11,6 +11,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..core.result_text import shows
+from ..elements.control.controller import Compensator
 from .matrix_equations import fit, lyapunov, riccati, shape_of, stable
 
 _UNREACHED = (
@@ -28,12 +29,11 @@ class Regulator(NamedTuple):
 
 
 @shows()
-class Compensator(NamedTuple):
-    """`z' = A z + B y, u = C z`, y the measurement. `cost`: the mean of x' Q x + u' R u in the long run."""
+class LQG(NamedTuple):
+    """`compensator`: `z' = A z + B y, u = C z`, y the measurement (p,) and u what the actuators do (m,); of
+    one actuator, a control loop takes it as it is. `cost`: the mean of x' Q x + u' R u in the long run."""
 
-    A: Float[Array, "d d"]
-    B: Float[Array, "d p"]
-    C: Float[Array, "m d"]
+    compensator: Compensator
     cost: Float[Array, ""]
 
 
@@ -58,9 +58,7 @@ def lqr(A: Any, B: Any, Q: Any, R: Any) -> Regulator:
 @takes(
     A=matrix, B=matrix, C=matrix, Q=matrix, R=matrix, process_noise=matrix, measurement_noise=matrix
 )
-def lqg(
-    A: Any, B: Any, C: Any, Q: Any, R: Any, process_noise: Any, measurement_noise: Any
-) -> Compensator:
+def lqg(A: Any, B: Any, C: Any, Q: Any, R: Any, process_noise: Any, measurement_noise: Any) -> LQG:
     """The compensator of x' = A x + B u + w, y = C x + v with the least mean of x' Q x + u' R u: `lqr`'s gain
     upon the state that a Kalman-Bucy filter estimates.
 
@@ -83,7 +81,7 @@ def lqg(
     _check(A - B @ K, "(A, B)", _UNREACHED)
     _check(A - L @ C, "(A, C)", _UNSEEN)
     cost = jnp.sum(X * W) + jnp.sum(S * (K.T @ R @ K))
-    return Compensator(A - B @ K - L @ C, L, -K, cost)
+    return LQG(Compensator(A - B @ K - L @ C, L, -K), cost)
 
 
 @takes(A=matrix, B=matrix, K=matrix, Q=matrix, R=matrix, X0=matrix)

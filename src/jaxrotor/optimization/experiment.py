@@ -1,24 +1,20 @@
 """What is done with a machine to judge it: nothing, or a run; alone, or with a batch of its likes."""
 
 import abc
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
-import diffrax
 import equinox as eqx
 import jax
 from jaxtyping import Array
 
-from ..core.arguments import number, positive
 from ..core.errors import InputError
-from ..core.part import Part, option
+from ..core.part import Part
 from ..machine.machine import Machine
 from ..objectives.criterion import Criterion
-from ..simulation.plan import Plan, plan
 from ..simulation.response import Response
-from ..simulation.simulate import simulate
-from ..simulation.solver import is_planned, solver_for
+from ..simulation.simulate import for_slopes, settled, simulate
+from ..simulation.simulation import Simulation, as_simulation
 from .variations import Variations
 
 Over = Literal["worst", "mean"]
@@ -80,59 +76,40 @@ class SimulatedRun(AbstractExperiment):
 
     **Arguments:**
 
-    - `t_end`, `sample_rate`, `initial`, `speed`, `solver`, `rtol`, `atol`: as for `simulate`.
-    - `step`: a `Plan`, or s; by default planned once, for the machine that the design starts from.
+    - `simulation`: how it is run, a `Simulation`, or its fields (`SimulatedRun(2.0, 1000.0, speed=100.0)`).
+      Solver and step are chosen once, for the machine that the design starts from.
     - `conditions`: path -> value of what is different in this run.
     - `variations`: a batch of machines about the design, all of them run.
     """
 
-    t_end: float = option(positive("s"))
-    sample_rate: float = option(positive("Hz"))
-    initial: Any = "static"
-    speed: Any = None
-    conditions: Mapping[str, Any] = eqx.field(default_factory=dict)
-    step: Any = None
-    solver: Any = None
-    variations: Variations | None = None
-    adjoint: Any = None
-    rtol: float = option(number(above=0.0, below=1.0), default=1e-7)
-    atol: float = option(positive(), default=1e-10)
+    simulation: Simulation
+    conditions: Mapping[str, Any]
+    variations: Variations | None
+
+    def __init__(
+        self,
+        simulation: Simulation | float | None = None,
+        sample_rate: float | None = None,
+        initial: Any = None,
+        *,
+        conditions: Mapping[str, Any] | None = None,
+        variations: Variations | None = None,
+        **settings: Any,
+    ):
+        told = settings | {"sample_rate": sample_rate, "initial": initial}
+        self.simulation = as_simulation(simulation, told)
+        self.conditions = dict(conditions or {})
+        self.variations = variations
 
     def machine(self, machine: Machine) -> Machine:
         return machine.set(self.conditions) if self.conditions else machine
 
     def outcome(self, machine: Machine) -> Response:
-        return simulate(
-            self.machine(machine),
-            self.t_end,
-            self.sample_rate,
-            self.initial,
-            self.speed,
-            self.solver,
-            self.step,
-            self.rtol,
-            self.atol,
-            adjoint=self.adjoint,
-            progress=False,
-        )
+        return simulate(self.machine(machine), self.simulation, progress=False)
 
     def ready(self, machine: Machine, reverse: bool) -> "SimulatedRun":
         machine = self.machine(machine)
         if self.variations is not None:
             self.variations.check(machine)
-        solver, step, adjoint = solver_for(machine, self.solver), self.step, self.adjoint
-        adaptive = not is_planned(solver)
-        if adaptive and adjoint is None:
-            adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()
-        if not adaptive and step is None:
-            step = _planned(machine, self)
-        return dataclasses.replace(self, step=step, solver=solver, adjoint=adjoint)
-
-
-def _planned(machine: Machine, run: SimulatedRun) -> Plan:
-    if machine.is_driven:
-        return plan(machine, run.t_end, run.sample_rate, run.speed)
-    # what speed a line without a drive reaches is known when it has run
-    info = simulate(machine, run.t_end, run.sample_rate, run.initial, run.speed).info
-    numbers = (info.linearised_at, info.planned_top_speed, info.pilot_error, info.tolerance)
-    return Plan(info.substeps or 1, info.order or 6, *map(float, numbers))
+        ready = for_slopes(settled(machine, self.simulation), reverse)
+        return SimulatedRun(ready, conditions=self.conditions, variations=self.variations)

@@ -6,6 +6,7 @@ from typing import Any
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,10 +14,12 @@ from jaxtyping import Array, Float
 from ..core.arguments import positive
 from ..core.errors import ConvergenceError, InputError, SimulationFailed
 from ..core.parameter import is_concrete, known, numbers
+from ..core.protocol import AbstractPrescribed
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
+from ..machine.wiring import FIXED
 from .attitude import poles_passed
 from .blame import not_finite
 from .equilibrium import refuse_unbalanced
@@ -31,19 +34,10 @@ _STEADY_GAP = 1e-7
 _COARSE = 1e-2
 
 
-def check_solver(machine: Any, solver: Any, step: Any, rtol: Any, atol: Any) -> None:
-    """Are these a machine, a solver and numbers?"""
+def check_machine(machine: Any) -> None:
     if not isinstance(machine, Machine):
         raise InputError(f"machine must be a Machine, but is {machine!r}")
-    if solver is not None and not isinstance(solver, diffrax.AbstractSolver):
-        name = solver.__name__ if isinstance(solver, type) else "Tsit5"
-        raise InputError(
-            f"solver must be a solver of diffrax, such as diffrax.{name}(), but is {solver!r}"
-        )
-    for name, value in (("rtol", rtol), ("atol", atol), ("step", step)):
-        if value is None or type(value).__name__ == "Plan" or not is_concrete(value):
-            continue
-        positive()(value, name)
+    machine.check()
 
 
 def sample_count(t_end: Any, sample_rate: Any, stations: int = 1) -> int:
@@ -76,14 +70,28 @@ def _memory() -> float:
         return 64e9
 
 
+def a_start(value: Any, place: str) -> Any:
+    """What `initial` may be."""
+    words = ("static", "running", "steady", "undeformed")
+    if isinstance(value, State) or (isinstance(value, str) and value in words):
+        return value
+    raise InputError(
+        f'{place} must be "static", "running", "steady", "undeformed" or a State, but is '
+        + " ".join(repr(value).split())
+    )
+
+
+def a_solver(value: Any, place: str) -> Any:
+    """What `solver` may be."""
+    if isinstance(value, diffrax.AbstractSolver):
+        return value
+    name = value.__name__ if isinstance(value, type) else "Tsit5"
+    raise InputError(
+        f"{place} must be a solver of diffrax, such as diffrax.{name}(), but is {value!r}"
+    )
+
+
 def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""]:
-    if not isinstance(initial, State) and not (
-        isinstance(initial, str) and initial in ("static", "running", "steady", "undeformed")
-    ):
-        raise InputError(
-            'initial must be "static", "running", "steady", "undeformed" or a State, but is '
-            + " ".join(repr(initial).split())
-        )
     if isinstance(initial, State):
         if speed is not None:
             raise InputError("a State brings its own speeds: leave `speed` out")
@@ -118,7 +126,7 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
         given, own = (None if x is None else known(x) for x in (speed, start))
         if given is not None and own is not None and abs(given - own) > 1e-9 * max(1.0, abs(own)):
             raise InputError(
-                f"speed is {given:g} rad/s, but the drive starts at {own:g} rad/s: leave speed out, "
+                f"speed is {given:g} rad/s, but the drive starts at {own:g} rad/s: leave it out, "
                 "or change the drive's profile"
             )
         speed = start
@@ -142,9 +150,27 @@ def refuse_sampled_whirl(initial: Any, sampled: bool) -> None:
         )
 
 
-@eqx.filter_jit
 def _drive_speed(machine: Machine) -> Float[Array, ""]:
+    """At the start, rad/s; without compiling anything, where one end or one coordinate is driven."""
+    zero = jnp.zeros(())
+    driven = [s.motion for s in machine.stations if isinstance(s, AbstractPrescribed)]
+    if driven:
+        return jax.jvp(driven[0], (zero,), (jnp.ones(()),))[1][5]
+    held = {h.motion for h in machine.wiring.held if h.coordinate == 5 and h.motion != FIXED}
+    if len(held) == 1:
+        return jax.jvp(machine.motions[held.pop()].position, (zero,), (jnp.ones(()),))[1]
+    return _reference_speed(machine)
+
+
+@eqx.filter_jit
+def _reference_speed(machine: Machine) -> Float[Array, ""]:
     return assemble(machine).reference(jnp.zeros(()))[1]
+
+
+def turns_freely(machine: Machine) -> bool:
+    """Whether some station's spin is its own."""
+    layout = lay_out(structure_of(machine))
+    return any(place // layout.n_mass == 5 for place in layout.free)
 
 
 def speed_beyond(response: Response, planned: float) -> float | None:

@@ -1,8 +1,8 @@
 """The energy audit: what went in, what is stored, what was lost."""
 
+import dataclasses
 from typing import Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -14,21 +14,22 @@ from ..core.gate import either, takes
 from ..core.kinematics import from_turning
 from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
 from ..core.result_text import shows
-from ..integrators.adaptive import adaptive_samples
-from ..integrators.rosenbrock import Rosenbrock
-from ..machine.field import Evaluation, evaluate, jacobian, watched_field
+from ..machine.field import Evaluation, evaluate, watched_field
 from ..machine.lineup import line_up, stack
 from ..machine.machine import Machine
 from ..machine.seen import seen
-from ..machine.system import System, assemble, jump_times
-from .checks import initial_speed, sample_count
-from .plan import Plan, plan as make_plan
-from .sampling_grid import Ticking, grid_of
-from .simulate import chosen_plan, march_samples, start, with_substeps
-from .solver import is_smooth, tolerances
+from ..machine.system import System, assemble
+from .checks import sample_count
+from .pilot import plan_for
+from .plan import Plan
+from .run_setup import RunSetup, march_through, prepare, set_up
+from .simulation import Simulation, as_simulation, end_or_simulation
+from .solver import is_planned, solver_for
+from .start import start
 
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6
+_RTOL = 1e-8
 
 
 @shows(t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative="")
@@ -64,7 +65,7 @@ class EnergyAudit(eqx.Module):
 
 
 @takes(
-    t_end=positive("s"),
+    t_end=end_or_simulation,
     step=either(Plan, positive("s")),
     speed=number("rad/s"),
     sample_rate=positive("Hz"),
@@ -72,77 +73,59 @@ class EnergyAudit(eqx.Module):
 )
 def energy_audit(
     machine: Machine,
-    t_end: float,
-    sample_rate: float,
+    t_end: float | Simulation,
+    sample_rate: float | None = None,
     initial: Any = "static",
     speed: Any = None,
     step: Plan | float | None = None,
-    rtol: float = 1e-8,
+    rtol: float | None = None,
 ) -> EnergyAudit:
     """Runs the machine with its powers integrated beside it, by the same solver and step.
 
     Energies and losses come from the elements' own `energy`, `power_lost`, `kinetic_energy` and
     `height_energy`, which are written apart from their forces, so a balance means something. An
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
-    for `simulate`, but the step is planned for an error of 1e-6; a machine that is not smooth is run by
-    `Rosenbrock` to `rtol`, unless a step is given. Raises `InputError` where an elastic
-    element keeps no account of its energy.
+    for `simulate`, a whole `Simulation` among them, but what they leave open is finer: the step is planned
+    for an error of 1e-6, and an adaptive solver keeps to `rtol` 1e-8. Raises `InputError` for wrong input,
+    and where an elastic element keeps no account of its energy; `ConvergenceError` where no step is found.
     """
-    machine.check()
+    settings = dict(sample_rate=sample_rate, initial=initial, speed=speed, step=step, rtol=rtol)
+    simulation = as_simulation(t_end, settings)
+    speed = simulation.check(machine)
     for name, element in machine.elements().items():
         if isinstance(element, Acting) and not isinstance(element, (Energetic, AbstractAttachment)):
             raise InputError(
                 f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
                 "inherit jaxrotor.protocols.Energetic and define energy and power_lost"
             )
-    count = sample_count(t_end, sample_rate, len(machine.wiring.stations))
-    speed = initial_speed(machine, initial, speed)
-    interval = jnp.asarray(1.0 / sample_rate, float)
-    grid = grid_of(machine, sample_rate)
-    if not is_smooth(machine) and step is None:
-        return _audit(
-            machine, initial, speed, None, interval, count, jnp.asarray(rtol, float), grid
-        )
-    if step is None:
-        step = make_plan(machine, t_end, sample_rate, speed, tolerance=_TOLERANCE)
-    plan = chosen_plan(machine, t_end, sample_rate, speed, None, step)
-    solver = with_substeps(None, plan)
-    return _audit(machine, initial, speed, solver, interval, count, jnp.asarray(plan.speed), grid)
+    plan = None
+    if is_planned(solver_for(machine, simulation.solver)):
+        if simulation.step is None and simulation.tolerance is None:
+            simulation = dataclasses.replace(simulation, tolerance=_TOLERANCE)
+        plan = plan_for(machine, simulation, speed)
+    elif simulation.step is None:
+        rtol = simulation.rtol or _RTOL
+        simulation = dataclasses.replace(simulation, rtol=rtol, atol=simulation.atol or 1e-3 * rtol)
+    count = sample_count(simulation.t_end, simulation.sample_rate)
+    return _audit(machine, set_up(machine, simulation, speed, plan, count))
 
 
 @eqx.filter_jit
-def _audit(machine, initial, speed, solver, interval, count, number, grid) -> EnergyAudit:
+def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
     system = assemble(machine)
     books = _books(machine, system)
-    y0, _ = start(machine, system, initial, speed)
+    y0, _ = start(machine, system, setup.initial, setup.speed)
     d = y0.size
 
     def field(t, y, system):
         dy, ev = watched_field(t, y[:d], system)
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
-    samples, jumps = jnp.arange(count) * interval, jump_times(system)
-    ticking = None if grid is None else Ticking(grid, system, count, d)
-    terms, start_y = diffrax.ODETerm(field), jnp.concatenate([y0, jnp.zeros(2)])
-    if solver is None:
-        relative, absolute = tolerances(system, number, 1e-3 * number, extra=2)
-        y, _ = adaptive_samples(
-            Rosenbrock(),
-            terms,
-            samples,
-            jumps,
-            start_y,
-            system,
-            relative,
-            absolute,
-            ticking=ticking,
-        )
-    else:
-        A = jnp.pad(jacobian(assemble(machine, nominal=True), number), ((0, 2), (0, 2)))
-        y = march_samples(solver, A, terms, samples, jumps, start_y, system, ticking=ticking)
+    prepared = prepare(machine, system, setup)
+    y = march_through(prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
-    kinetic, elastic, potential = stored(samples, y[:, :d])
-    return EnergyAudit(samples, kinetic, elastic, potential, y[:, d], y[:, d + 1])
+    kinetic, elastic, potential = stored(setup.times, y[:, :d])
+    return EnergyAudit(setup.times, kinetic, elastic, potential, y[:, d], y[:, d + 1])
 
 
 def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:

@@ -9,11 +9,11 @@ from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
 from ..objectives.measure import AbstractMeasure
 from ..optimization.experiment import NoRun, SimulatedRun
+from ..simulation.simulation import Simulation
 from .build import FAILED
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
 from .mistakes import Faults
-from .settings import Simulation
 from .unknowns import read_quantity
 
 _LIMITS = {"at_most": operator.le, "at_least": operator.ge, "equal_to": Criterion.equal_to}
@@ -34,7 +34,7 @@ class CriteriaReader:
     ):
         self.machine, self.settings, self.folder, self.faults = machine, settings, folder, faults
         self.varied = variations is not None
-        self.run = SimulatedRun(**settings.arguments(), variations=variations)
+        self.run = SimulatedRun(settings, variations=variations)
         self.built = NoRun(variations)
 
     def objective(self, tables: Any) -> Criterion | None:

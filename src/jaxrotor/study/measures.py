@@ -13,11 +13,11 @@ from ..objectives.machine_measures import AbstractMachineMeasure, unit_on
 from ..objectives.measure import AbstractMeasure, AbstractSignalMeasure, within
 from ..sensors.quantities import Signal
 from ..simulation.response import Response, RunInfo, blank_run
+from ..simulation.simulation import Simulation
 from .build import FAILED, Context, build_element
 from .kinds import find_kind
 from .mistakes import Faults
 from .quantities import quantities
-from .settings import Simulation
 
 MEASURES = (AbstractMeasure, AbstractMachineMeasure)
 

@@ -14,10 +14,10 @@ from ..optimization.variations import Variations
 from ..search.instrumented import Instrumented
 from ..search.space import place_of
 from ..search.unknown import Unknown, expanded
+from ..simulation.simulation import Simulation
 from .criteria import CriteriaReader
 from .mistakes import Faults, guess
 from .optimisers import read_optimiser
-from .settings import Simulation
 from .unknowns import read_quantity, read_unknown, space_of
 
 _KEYS = (

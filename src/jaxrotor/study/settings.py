@@ -1,10 +1,14 @@
 """The sections of a study beside the machine: how to simulate it and what to report."""
 
+import dataclasses
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import pydantic
 
+from ..core.errors import InputError
 from ..core.units import read, shown
+from ..machine.machine import Machine
+from ..simulation.simulation import Simulation
 from .mistakes import Faults, guess
 
 
@@ -43,8 +47,8 @@ class Section(pydantic.BaseModel):
 S = TypeVar("S", bound=Section)
 
 
-class Simulation(Section):
-    """What `jaxrotor.simulate` is asked for; SI. What is None is left to it."""
+class SimulationSection(Section):
+    """[simulation], in SI. What is None is left to `jaxrotor.Simulation`."""
 
     t_end: Time
     sample_rate: Rate
@@ -56,53 +60,65 @@ class Simulation(Section):
     ) = None
     order: Literal[2, 3, 4, 5, 6, 7] | None = None
     step: Time | None = None
+    tolerance: Relative | None = None
     rtol: Relative | None = None
     atol: Tolerance | None = None
 
-    def arguments(self) -> dict[str, Any]:
-        """Those of `jaxrotor.simulate` that the study gives."""
+    def simulation(self) -> Simulation:
         import diffrax
 
         from ..integrators.exponential import ETD4RK, ExponentialAdams
         from ..integrators.rosenbrock import Rosenbrock
 
-        given = self.model_dump(exclude_none=True)
+        given: dict[str, Any] = self.model_dump(exclude_none=True)
         order, name = given.pop("order", None), given.pop("solver", None)
-        if name is None and order is None:
-            return given
-        if name in (None, "ExponentialAdams"):
-            return given | {
-                "solver": ExponentialAdams() if order is None else ExponentialAdams(order)
-            }
-        own = {"ETD4RK": ETD4RK, "Rosenbrock": Rosenbrock}
-        return given | {"solver": (own.get(name) or getattr(diffrax, name))()}
+        if order is not None:
+            given["solver"] = ExponentialAdams(order)
+        elif name is not None:
+            own = {"ExponentialAdams": ExponentialAdams, "ETD4RK": ETD4RK, "Rosenbrock": Rosenbrock}
+            given["solver"] = (own.get(name) or getattr(diffrax, name))()
+        return Simulation(**given)
 
 
-# Solvers that step onto the samples, at a length given or planned; where none is named it may be either.
-_STEPPING = (None, "ExponentialAdams", "ETD4RK")
-
-
-def check_simulation(settings: Simulation, faults: Faults) -> None:
-    """What no single setting shows."""
-    if settings.t_end * settings.sample_rate < 2:
+def read_simulation(table: Any, machine: Machine | None, faults: Faults) -> Simulation | None:
+    """The section as a `Simulation` that can run `machine`."""
+    section = read_section(SimulationSection, "simulation", table, faults)
+    if section is None:
+        return None
+    if section.t_end * section.sample_rate < 2:
         faults.add(
             "simulation",
-            f"sample_rate must give two samples before t_end = {settings.t_end:g} s, but is "
-            f'{settings.sample_rate:g} Hz: write "{100 / settings.t_end:.3g} Hz"',
+            f"sample_rate must give two samples before t_end = {section.t_end:g} s, but is "
+            f'{section.sample_rate:g} Hz: write "{100 / section.t_end:.3g} Hz"',
         )
-    if settings.order is not None and settings.solver not in (None, "ExponentialAdams"):
+        return section.simulation()
+    if section.order is not None and section.solver not in (None, "ExponentialAdams"):
         faults.add(
             "simulation",
-            f'order goes with the solver "ExponentialAdams", but that is "{settings.solver}": '
+            f'order goes with the solver "ExponentialAdams", but that is "{section.solver}": '
             "remove order",
         )
-    for name in ("rtol", "atol"):
-        if getattr(settings, name) is not None and settings.solver in _STEPPING:
-            faults.add(
-                "simulation",
-                f'{name} goes with an adaptive solver such as "Rosenbrock", but that is '
-                f'"{settings.solver or "ExponentialAdams"}": remove {name}, or give step',
-            )
+    simulation = section.simulation()
+    if machine is not None:
+        try:
+            simulation.check(machine)
+        except InputError as error:
+            faults.sentences += [f"`simulation`: {p}" for p in error.problems]
+    return simulation
+
+
+def settings_of(simulation: Simulation) -> dict[str, Any]:
+    """What was said, in plain values: for a summary. SI."""
+    found = {}
+    for field in dataclasses.fields(simulation):
+        value = getattr(simulation, field.name)
+        if field.name == "solver" and value is not None:
+            found["solver"] = type(value).__name__
+            if hasattr(value, "order_"):
+                found["order"] = value.order_
+        elif value is not None:
+            found[field.name] = value
+    return found
 
 
 # The figures that every run is drawn in, where its machine has something to show there.

@@ -12,6 +12,7 @@ from ..core.errors import InputError
 from ..core.units import shown
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
+from ..simulation.simulation import Simulation
 from ..sweeps.cases import Cases
 from ..sweeps.layout import OWN
 from ..sweeps.outputs import OverSpeed, TimeSeries
@@ -20,7 +21,6 @@ from .cases import OF_SAMPLES, read_cases, whole
 from .kinds import public_kinds
 from .measures import MEASURES, build_measure, unit_seen
 from .mistakes import Faults
-from .settings import Simulation
 from .spread import read_range
 from .unknowns import read_quantity
 

@@ -1,8 +1,8 @@
 """One batch of machines, compiled once: runs that keep only what is asked of them."""
 
+import dataclasses
 from typing import Any, NamedTuple
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -10,36 +10,36 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 
-from ..integrators.adaptive import adaptive_samples
-from ..machine.field import jacobian, vector_field
+from ..machine.field import jacobian
 from ..machine.machine import Machine
-from ..machine.system import assemble, jump_times
+from ..machine.system import assemble
 from ..objectives.measure import Seen
 from ..search.instrumented import Instrumented
 from ..simulation.checks import _STEADY_GAP, initial_speed
 from ..simulation.response import Response, RunInfo
-from ..simulation.sampling_grid import Grid, Ticking
-from ..simulation.simulate import march_samples, start
-from ..simulation.solver import is_planned, tolerances
+from ..simulation.run_setup import RunSetup, march_through, prepare, stepped
+from ..simulation.solver import is_planned
+from ..simulation.start import start
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
 
 
 class Setup(eqx.Module):
-    """Everything that the machines of a sweep share. `linear`: A of the solver where none of them changes it,
-    else `None`, one for each."""
+    """Everything that the machines of a sweep share. `run`: whose `speed` is the one that was given, for each
+    machine may have its own. `linear`: A of the solver where none of them changes it, else `None`, one for
+    each."""
 
     machine: Machine
     outputs: dict[str, Any]
-    solver: Any
-    initial: Any
-    speed: Any
+    run: RunSetup
     linear: Float[Array, "d d"] | None
-    linearised_at: Float[Array, ""]
-    numbers: Float[Array, "2"]  # rtol, atol
-    step: Float[Array, ""] | None  # of other solvers, fixed, s
-    interval: Float[Array, ""]
-    count: int = eqx.field(static=True)  # samples
-    grid: Grid | None = eqx.field(static=True)
+
+
+def with_steps(setup: Setup, steps: int) -> Setup:
+    """Of an exponential solver, so many in a sample interval."""
+    if not is_planned(setup.run.solver):
+        return setup
+    solver = stepped(setup.run.solver, steps)
+    return dataclasses.replace(setup, run=dataclasses.replace(setup.run, solver=solver))
 
 
 class Outcome(NamedTuple):
@@ -56,9 +56,10 @@ def placed(machine: Machine, values: dict[str, Any]) -> Machine:
 def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d"]:
     """The state from which one machine starts."""
     machine = placed(setup.machine, values)
-    speed = initial_speed(machine, setup.initial, setup.speed)
-    y0, missed = start(machine, assemble(machine), setup.initial, speed)
-    if isinstance(setup.initial, str) and setup.initial == "steady":
+    initial = setup.run.initial
+    speed = initial_speed(machine, initial, setup.run.speed)
+    y0, missed = start(machine, assemble(machine), initial, speed)
+    if isinstance(initial, str) and initial == "steady":
         y0 = jnp.where(missed < _STEADY_GAP, y0, jnp.nan)
     return y0
 
@@ -70,13 +71,16 @@ def member(
     machine = placed(setup.machine, values)
     if not any(needs_run(one) for one in setup.outputs.values()):
         return Outcome(evaluated(setup.outputs, None, machine), jnp.array(-1))
-    samples = jnp.arange(setup.count) * setup.interval
+    samples = setup.run.times
 
-    def start_state():
-        return begun(setup, values) if y0 is None else y0
+    def states(watch):
+        """At the samples, or what `watch` keeps of them."""
+        first = begun(setup, values) if y0 is None else y0
+        prepared = prepare(machine, assemble(machine), setup.run, setup.linear)
+        return march_through(prepared, setup.run, first, watch=watch).kept
 
     if needs_states(setup.outputs):
-        y = _states(setup, machine, samples, None, start_state())
+        y = states(None)
         response: Any = Response(machine, samples, y, RunInfo("sweep"))
         fine = jnp.isfinite(y).all(axis=1)
         return _told(setup, machine, response, fine)
@@ -87,7 +91,7 @@ def member(
         signals = tuple(sensor.signal(seen) for sensor in sensors)
         return signals, jnp.isfinite(y).all(axis=1)
 
-    signals, fine = _states(setup, machine, samples, watch, start_state())
+    signals, fine = states(watch)
     return _told(setup, machine, Seen(samples, sensors, signals), fine)
 
 
@@ -106,25 +110,6 @@ def _sound(output: Any, failed: Array, value: Array) -> Array:
     if not isinstance(output, TimeSeries):
         return failed < 0
     return (failed < 0) | (jnp.arange(value.shape[0]) * output.every < failed)
-
-
-def _states(setup: Setup, machine: Machine, samples: Array, watch, y0: Array) -> Any:
-    """The states at the samples, or what `watch` keeps of them."""
-    system = assemble(machine)
-    terms = diffrax.ODETerm(vector_field)  # pyright: ignore[reportArgumentType]
-    jumps = jump_times(system)
-    ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, y0.size)
-    solver = setup.solver
-    if is_planned(solver):
-        A = setup.linear
-        if A is None:
-            A = jacobian(assemble(machine, nominal=True), setup.linearised_at)
-        return march_samples(solver, A, terms, samples, jumps, y0, system, False, ticking, watch)
-    relative, absolute = tolerances(system, setup.numbers[0], setup.numbers[1])
-    y, _ = adaptive_samples(
-        solver, terms, samples, jumps, y0, system, relative, absolute, setup.step, ticking=ticking
-    )  # fmt: skip
-    return y if watch is None else watch(samples, y)
 
 
 @eqx.filter_jit
@@ -168,7 +153,7 @@ def run_sharded(setup: Setup, values: dict[str, Float[Array, " b"]], mesh: Mesh)
 def solves_as_it_runs(setup: Setup) -> bool:
     """Whether runs call LAPACK at every step, in the field or the solver: then devices of one processor
     cannot share a batch."""
-    implicit = not is_planned(setup.solver)
+    implicit = not is_planned(setup.run.solver)
     return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
 
 

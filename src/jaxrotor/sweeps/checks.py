@@ -10,10 +10,9 @@ from ..core.errors import InputError
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..search.instrumented import Instrumented
-from ..simulation.checks import initial_speed, refuse_sampled_whirl
 from ..simulation.equilibrium import refuse_unbalanced
-from ..simulation.sampling_grid import Grid
-from ..simulation.simulate import start
+from ..simulation.simulation import Simulation
+from ..simulation.start import start
 from .cases import Cases
 
 # Rows that are checked one by one, at most: each takes milliseconds.
@@ -36,11 +35,11 @@ def check_cases(machine: Machine, cases: Cases) -> None:
             raise InputError(*told) from None
 
 
-def check_start(first: Machine, initial: Any, speed: Any, grid: Grid | None) -> None:
+def check_start(first: Machine, simulation: Simulation) -> None:
     """As `simulate` does, with the first machine."""
-    refuse_sampled_whirl(initial, grid is not None)
-    if isinstance(initial, str) and initial == "static":
-        refuse_unbalanced(first, _unbalanced(first, initial, initial_speed(first, initial, speed)))
+    speed = simulation.check(first)
+    if simulation.start == "static":
+        refuse_unbalanced(first, _unbalanced(first, simulation.start, speed))
 
 
 @eqx.filter_jit

@@ -1,7 +1,6 @@
 """Who runs the chunks: this process with all its devices, several processes, or workers of Dask."""
 
 import abc
-import dataclasses
 import functools
 from collections.abc import Generator, Sequence
 from typing import Any
@@ -12,8 +11,7 @@ import numpy as np
 from jax.sharding import Mesh
 
 from ..core.errors import InputError, JaxrotorError
-from ..simulation.simulate import with_count
-from .batch import Outcome, Setup, run_batch, run_sharded, solves_as_it_runs
+from .batch import Outcome, Setup, run_batch, run_sharded, solves_as_it_runs, with_steps
 
 # Chunks under way at a time for each worker of a cluster: one runs, one waits.
 _AHEAD = 2
@@ -135,8 +133,7 @@ def engine_for(client: Any) -> Engine:
 
 def computed(setup: Setup, values: dict[str, np.ndarray], steps: int) -> Outcome:
     """A chunk on the devices of this process, as NumPy arrays."""
-    if hasattr(setup.solver, "linear_part"):
-        setup = dataclasses.replace(setup, solver=with_count(setup.solver, steps))
+    setup = with_steps(setup, steps)
     devices = jax.local_devices()
     batch = {path: np.asarray(x) for path, x in values.items()}
     size = next(iter(batch.values())).size

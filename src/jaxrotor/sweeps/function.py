@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import jax
 import jax.numpy as jnp
@@ -10,26 +10,19 @@ from jaxtyping import Array
 
 from ..core.errors import ConvergenceError
 from ..machine.machine import Machine
-from ..simulation.simulate import with_count
-from .batch import linear_part, member, placed
+from ..simulation.simulation import Settings, Simulation
+from .batch import linear_part, member, placed, with_steps
 from .cases import Cases, as_cases
 from .planning import NO_STEP
-from .sweep import _set_up
+from .sweep import set_up, simulation_of
 
 
 def batched(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
     outputs: Mapping[str, Any],
-    *,
-    t_end: float = 1.0,
-    sample_rate: float = 1000.0,
-    initial: Any = "static",
-    speed: Any = None,
-    solver: Any = None,
-    step: Any = None,
-    rtol: float = 1e-7,
-    atol: float = 1e-10,
+    simulation: Simulation | None = None,
+    **settings: Unpack[Settings],
 ) -> Callable[[Machine], dict[str, Array]]:
     """The outputs of all cases, (n, ...) each, as a pure function of the machine that they vary.
 
@@ -39,25 +32,22 @@ def batched(
     the machine has.
     """
     cases = as_cases(parameters)
-    setup, substeps = _set_up(
-        machine, cases, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-    )
+    setup, substeps = set_up(machine, cases, outputs, simulation_of(simulation, settings))
     if (substeps == NO_STEP).any():
         row = int((substeps == NO_STEP).argmax())
         raise ConvergenceError(
             f"case {row + 1}: no step was found for it: give one, or leave it out"
         )
-    own = getattr(setup.solver, "linear_part", None) is not None
+    own = getattr(setup.run.solver, "linear_part", None) is not None
     if substeps.any():
-        solver = with_count(setup.solver, int(substeps.max()))
-        setup = dataclasses.replace(setup, solver=solver)
+        setup = with_steps(setup, int(substeps.max()))
     values = {path: jnp.asarray(x) for path, x in cases.values.items()}
     first = {path: x[0] for path, x in values.items()}
 
     def run(machine: Machine) -> dict[str, Array]:
         ready = dataclasses.replace(setup, machine=machine)
         if setup.linear is not None and not own:
-            A = linear_part(placed(machine, first), setup.linearised_at)
+            A = linear_part(placed(machine, first), setup.run.linearised_at)
             ready = dataclasses.replace(ready, linear=A)
         return jax.vmap(lambda one: member(ready, one).values)(values)
 

@@ -1,5 +1,6 @@
 """What makes a sweep this one: a store goes on with it and with no other."""
 
+import dataclasses
 import hashlib
 import re
 from typing import Any
@@ -7,18 +8,19 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..simulation.simulation import Simulation
 from .batch import Setup
 from .cases import Cases
 
 
-def fingerprint(setup: Setup, cases: Cases, step: Any) -> dict[str, str]:
+def fingerprint(setup: Setup, cases: Cases, simulation: Simulation) -> dict[str, str]:
     """Of what was asked, alike in every process: what was planned from it is read from the store."""
-    run = (setup.solver, setup.initial, setup.speed, setup.numbers, setup.interval, setup.count)
+    asked = dataclasses.replace(simulation, step=None), setup.run.solver
     return {
         "machine": _digest(setup.machine),
         "cases": _digest(dict(cases.values)),
         "outputs": _digest(dict(setup.outputs)),
-        "run": _digest((run, _plain(step))),
+        "run": _digest((asked, _plain(simulation.step))),
     }
 
 

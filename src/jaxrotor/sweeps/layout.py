@@ -60,7 +60,7 @@ def layout_of(
     chunks = chunks_of(steps.substeps, size)
     rows = np.concatenate([filled(c, size) for c in chunks])
     own = np.concatenate([np.append(c, np.full(size - c.size, -1)) for c in chunks])
-    t = np.arange(setup.count) * float(setup.interval)
+    t = np.asarray(setup.run.times)
     found = xr.Dataset(coords={"case": ("case", own)})
     for path, x in cases.values.items():
         found[path] = ("case", x[rows], {"units": _unit(setup.machine, path)})
@@ -80,7 +80,7 @@ def layout_of(
     found.attrs.update(
         cases=cases.how,
         count=len(cases),
-        solver=type(setup.solver).__name__,
+        solver=type(setup.run.solver).__name__,
         linear_part="shared" if setup.linear is not None else "one for each case",
         linearised_at=float(steps.speed),
         no_step=steps.reason,
@@ -94,8 +94,8 @@ def _results(setup: Setup, row: dict) -> dict[str, jax.Array]:
     machine = placed(setup.machine, row)
     seen = None
     if any(needs_run(one) for one in setup.outputs.values()):
-        t = jnp.arange(setup.count) * setup.interval
-        y = jnp.zeros((setup.count, state_size(setup.machine)))
+        t = setup.run.times
+        y = jnp.zeros((setup.run.count, state_size(setup.machine)))
         seen = Response(machine, t, y, RunInfo("sweep"))
     return evaluated(setup.outputs, seen, machine)
 
@@ -114,7 +114,7 @@ def _unit(machine: Any, path: str) -> str:
 
 def kept(outcome: Outcome, setup: Setup) -> dict[str, np.ndarray]:
     """What is written of a chunk."""
-    when = np.where(outcome.failed < 0, np.nan, outcome.failed * float(setup.interval))
+    when = np.where(outcome.failed < 0, np.nan, outcome.failed * float(setup.run.interval))
     return {name: np.asarray(x) for name, x in outcome.values.items()} | {"failed_at": when}
 
 
@@ -152,5 +152,5 @@ def _failure(t: float, setup: Setup) -> str:
         "static": "no static equilibrium was found",
         "running": "no equilibrium was found at this speed",
     }
-    words = start.get(setup.initial if isinstance(setup.initial, str) else "")
+    words = start.get(setup.run.initial if isinstance(setup.run.initial, str) else "")
     return "not finite from the start" if words is None else f"{words}, or it is not finite"

@@ -58,8 +58,8 @@ def member_bytes(setup: Setup) -> float:
     if not runs:
         return 8.0 * 50 * d**2
     sensors = 1 if needs_states(setup.outputs) else len(all_sensors(setup.outputs))
-    kept = setup.count * (12 * d if needs_states(setup.outputs) else 4 * sensors)
-    blocks = np.sqrt(setup.count) * 20 * d
+    kept = setup.run.count * (12 * d if needs_states(setup.outputs) else 4 * sensors)
+    blocks = np.sqrt(setup.run.count) * 20 * d
     weights = 0 if setup.linear is not None else _WEIGHTS * d**2
     return 8.0 * (kept + blocks + weights)
 

@@ -9,22 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.errors import ConvergenceError, InputError
-from ..integrators.exponential import ETD4RK
 from ..machine.machine import Machine
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
-from ..simulation.plan import (
-    BUCKETS,
-    Plan,
-    _pilot,
-    _speeds,
-    fewest,
-    plan as make_plan,
-    top_frequency,
-)
-from ..simulation.simulate import chosen_plan, with_substeps
-from .batch import Setup, placed, run_batch
+from ..simulation.pilot import find_plan, pilot, plan_for
+from ..simulation.plan import BUCKETS, Plan, fewest
+from ..simulation.prescribed import Prescribed, looks, prescribed
+from ..simulation.simulation import Simulation
+from .batch import Setup, placed, run_batch, with_steps
 from .cases import Cases
 from .memory import rows_at_once
 
@@ -47,27 +40,27 @@ class Steps(NamedTuple):
     reason: str = ""
 
 
-def steps_of(setup: Setup, cases: Cases, t_end: float, rate: float, step: Plan | float | None):
+def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
     """For an exponential solver. Raises `InputError` where no machine has a step."""
     first = row_of(setup.machine, cases.values, 0)
-    own = float(initial_speed(first, setup.initial, setup.speed))
-    ones = np.ones(len(cases), int)
+    own = float(initial_speed(first, simulation.initial, simulation.speed))
+    ones, step, rate = np.ones(len(cases), int), simulation.step, simulation.sample_rate
     if isinstance(step, Plan):
         return Steps(ones * step.substeps, step.speed)
-    when, top = _top_speeds(setup.machine, cases.values, t_end, own)
+    given = prescribed_of(setup.machine, cases.values, looks(simulation.t_end))
+    when, top = _top_speeds(given, simulation.t_end, own)
     good = np.isfinite(top) & (top / rate < 0.25 * _MOST_STEPS)
     if not good.any():
         good[:] = True  # let the plan itself say what is wrong
     if step is not None:
         row = int(np.argmax(np.where(good, top, -1.0)))
         fastest = row_of(setup.machine, cases.values, row)
-        planned = chosen_plan(fastest, t_end, rate, own, setup.solver, step)
+        planned = plan_for(fastest, simulation, own)
         return Steps(ones * planned.substeps, planned.speed)
     if not setup.machine.is_driven:
-        top = _reached(setup, cases, t_end, rate, top, good)
-    planned, good = _planned(setup, cases, t_end, rate, top, good)
-    batch = {path: jnp.asarray(x) for path, x in cases.values.items()}
-    swing = np.asarray(_frequencies_of(setup.machine, batch))[good]
+        top = _reached(setup, cases, simulation, top, good)
+    planned, good = _planned(setup, cases, simulation, top, good)
+    swing = np.asarray(given.frequency)[good]
     least = fewest(float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 1.0 / rate)
     planned = dataclasses.replace(planned, substeps=max(planned.substeps, least))
     substeps, reason = _substeps(setup.machine, cases.values, planned, when, 1.0 / rate, good)
@@ -78,52 +71,47 @@ def row_of(machine: Machine, values: dict[str, np.ndarray], row: int) -> Machine
     return placed(machine, {path: jnp.asarray(x[row]) for path, x in values.items()})
 
 
-def _order(solver: Any) -> int:
-    return 6 if solver is None or isinstance(solver, ETD4RK) else solver.order_
-
-
 def _rows(values: dict[str, np.ndarray], rows: np.ndarray, size: int) -> dict[str, jax.Array]:
     """A batch of those rows, filled up by the last one."""
     filled = rows[np.minimum(np.arange(size), rows.size - 1)]
     return {path: jnp.asarray(x[filled]) for path, x in values.items()}
 
 
-@eqx.filter_jit
-def _speeds_of(machine: Machine, values: dict, times: jax.Array) -> jax.Array:
-    return jax.lax.map(lambda own: _speeds(placed(machine, own), times), values)
-
-
-@eqx.filter_jit
-def _frequencies_of(machine: Machine, values: dict) -> jax.Array:
-    return jax.lax.map(lambda own: top_frequency(placed(machine, own)), values)
-
-
-def _top_speeds(machine: Machine, values: dict, t_end: float, own: float):
-    """When each machine's drive turns fastest (s), and how fast (rad/s), or `own` if that is higher."""
-    times = np.linspace(0.0, t_end, 512)
+def prescribed_of(machine: Machine, values: dict, times: np.ndarray) -> Prescribed:
+    """What each of the machines is given in time, (n, ...)."""
     batch = {path: jnp.asarray(x) for path, x in values.items()}
-    speeds = np.abs(np.asarray(_speeds_of(machine, batch, jnp.asarray(times))))
+    return _prescribed_of(machine, batch, jnp.asarray(times))
+
+
+@eqx.filter_jit
+def _prescribed_of(machine: Machine, values: dict, times: jax.Array) -> Prescribed:
+    return jax.lax.map(lambda own: prescribed(placed(machine, own), times), values)
+
+
+def _top_speeds(given: Prescribed, t_end: float, own: float):
+    """When each machine's drive turns fastest (s), and how fast (rad/s), or `own` if that is higher."""
+    times, speeds = looks(t_end), np.abs(np.asarray(given.speeds))
     speeds = np.where(np.isnan(speeds), np.inf, speeds)
     return times[np.argmax(speeds, axis=1)], np.maximum(speeds.max(axis=1), abs(own))
 
 
-def _planned(setup: Setup, cases: Cases, t_end, rate, top, good) -> tuple[Plan, np.ndarray]:
+def _planned(setup: Setup, cases: Cases, simulation: Simulation, top, good):
     """A plan for the fastest machine that has one; and which may have one."""
     good, error = good.copy(), None
+    t_end, rate = simulation.t_end, simulation.sample_rate
+    tolerance, order = simulation.planned_tolerance, simulation.order
     for row in np.argsort(-np.where(good, top, -1.0), kind="stable")[:_TRIES]:
         if not good[row]:
             break
         machine = row_of(setup.machine, cases.values, row)
         try:
-            return make_plan(
-                machine, t_end, rate, float(top[row]), order=_order(setup.solver)
-            ), good
+            return find_plan(machine, t_end, rate, float(top[row]), tolerance, order), good
         except (InputError, ConvergenceError) as found:
             error, good[row] = error or found, False
     raise error if error else ConvergenceError("cases: none of them has a finite speed")
 
 
-def _reached(setup: Setup, cases: Cases, t_end, rate, top, good) -> np.ndarray:
+def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> np.ndarray:
     """Speeds that lines without a drive reach: found by running some of them, as `simulate` does with one."""
     few = np.unique(np.linspace(0, len(cases) - 1, min(_SCOUTS, len(cases))).astype(int))
     ends = {int(f(x)) for x in cases.values.values() for f in (np.argmin, np.argmax)}
@@ -135,11 +123,10 @@ def _reached(setup: Setup, cases: Cases, t_end, rate, top, good) -> np.ndarray:
     size = min(few.size, rows_at_once(setup.machine))
     top = top.copy()
     for turn in range(_ROUNDS):
-        planned, _ = _planned(setup, cases, t_end, rate, top, good)
-        solver = with_substeps(setup.solver, planned)
-        scout = dataclasses.replace(
-            setup, outputs=seen, solver=solver, linearised_at=jnp.asarray(planned.speed)
-        )
+        planned, _ = _planned(setup, cases, simulation, top, good)
+        run = dataclasses.replace(setup.run, linearised_at=jnp.asarray(planned.speed))
+        scout = dataclasses.replace(setup, outputs=seen, run=run)
+        scout = with_steps(scout, planned.substeps)
         found = []
         for first in range(0, few.size, size):
             rows = few[first : first + size]
@@ -160,7 +147,7 @@ def _reached(setup: Setup, cases: Cases, t_end, rate, top, good) -> np.ndarray:
 @eqx.filter_jit
 def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, order: int):
     def one(own, when):
-        return _pilot(placed(machine, own), when, at[0], at[1], at[2], order)
+        return pilot(placed(machine, own), when, at[0], at[1], at[2], order)
 
     return jax.vmap(one)(values, when)
 

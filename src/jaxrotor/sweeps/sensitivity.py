@@ -1,8 +1,7 @@
 """Which parameter matters: shares of the variance (Sobol), ranks, and slopes of every member."""
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import equinox as eqx
 import jax
@@ -11,18 +10,18 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from ..core.arguments import mapping, number, positive, whole
+from ..core.arguments import mapping, number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
-from ..simulation.simulate import with_count
-from .batch import member
+from ..simulation.simulation import Settings, Simulation
+from .batch import member, with_steps
 from .cases import Cases, as_cases
 from .outputs import OverSpeed, TimeSeries, checked, coordinates, unit_of
 from .planning import NO_STEP
 from .statistics import numbers_of
-from .sweep import _set_up, sweep
+from .sweep import set_up, simulation_of, sweep
 
 _RESAMPLES = 300
 
@@ -185,31 +184,16 @@ def _standardised(ranks: np.ndarray) -> tuple[np.ndarray, float] | None:
     return fit, float(1 - np.mean((z[:, -1] - z[:, :-1] @ fit) ** 2))
 
 
-@takes(
-    parameters=None,
-    outputs=mapping,
-    t_end=positive("s"),
-    speed=number("rad/s"),
-    sample_rate=positive("Hz"),
-    rtol=number(above=0.0, below=1.0),
-    atol=positive(),
-    chunk=whole(1),
-)
+@takes(parameters=None, outputs=mapping, chunk=whole(1))
 def local_slopes(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
     outputs: Mapping[str, Any],
     paths: Sequence[str] | None = None,
+    simulation: Simulation | None = None,
     *,
-    t_end: float = 1.0,
-    sample_rate: float = 1000.0,
-    initial: Any = "static",
-    speed: Any = None,
-    solver: Any = None,
-    step: Any = None,
-    rtol: float = 1e-7,
-    atol: float = 1e-10,
     chunk: int = 32,
+    **settings: Unpack[Settings],
 ) -> xr.Dataset:
     """Derivatives of every output by the parameters at `paths` (left out: those that are swept), of all
     members, exact to rounding for the discrete run: forward mode, a batch of `chunk` machines at a time.
@@ -228,12 +212,9 @@ def local_slopes(
         raise InputError("paths: name one parameter at least")
     more = {p: np.full(len(cases), float(bench.get(p))) for p in paths if p not in cases.values}
     whole = Cases({**cases.values, **more}, cases.how)
-    setup, substeps = _set_up(
-        machine, whole, wanted, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-    )
-    if hasattr(setup.solver, "linear_part") and substeps.any():
-        solver = with_count(setup.solver, max(1, int(substeps.max())))
-        setup = dataclasses.replace(setup, solver=solver)
+    setup, substeps = set_up(machine, whole, wanted, simulation_of(simulation, settings))
+    if substeps.any():
+        setup = with_steps(setup, max(1, int(substeps.max())))
     n, size = len(cases), min(chunk, len(cases))
     parts = []
     for first in range(0, n, size):
@@ -242,7 +223,7 @@ def local_slopes(
         got = _slopes(setup, {p: values.pop(p) for p in paths}, values)
         parts.append(jax.tree.map(lambda x: np.asarray(x)[: n - first], got))  # noqa: B023
     unable = substeps == NO_STEP
-    t = np.arange(setup.count) * float(setup.interval)
+    t = np.asarray(setup.run.times)
     units = [bench.unit(p) for p in paths]
     out = xr.Dataset(coords={"case": np.arange(n), "parameter": list(paths)})
     out = out.assign_coords(per=("parameter", units))

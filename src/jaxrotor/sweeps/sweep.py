@@ -6,23 +6,23 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from ..core.arguments import mapping, number, path, positive, whole
+from ..core.arguments import mapping, path, whole
 from ..core.errors import InputError, StoreError
-from ..core.gate import either, takes
+from ..core.gate import takes
 from ..core.parameter import require_x64
-from ..integrators.exponential import ExponentialAdams
 from ..machine.machine import Machine
-from ..simulation.checks import check_solver, initial_speed, sample_count
+from ..simulation.checks import sample_count
 from ..simulation.plan import Plan
-from ..simulation.sampling_grid import grid_of
-from ..simulation.solver import is_planned, solver_for
+from ..simulation.run_setup import set_up as run_setup
+from ..simulation.simulation import Settings, Simulation, as_simulation
+from ..simulation.solver import is_planned
 from .batch import Setup, linear_part, shares_linear
 from .cases import Cases, as_cases
 from .checks import check_cases, check_start
@@ -35,36 +35,19 @@ from .planning import NO_STEP, Steps, row_of, steps_of
 from .store import Kept, Store
 
 
-@takes(
-    parameters=None,
-    outputs=mapping,
-    t_end=positive("s"),
-    step=either(Plan, positive("s")),
-    speed=number("rad/s"),
-    sample_rate=positive("Hz"),
-    rtol=number(above=0.0, below=1.0),
-    atol=positive(),
-    store=path,
-    chunk=whole(1),
-)
+@takes(parameters=None, outputs=mapping, store=path, chunk=whole(1))
 def sweep(
     machine: Machine,
     parameters: Cases | Mapping[str, Any],
     outputs: Mapping[str, Any],
+    simulation: Simulation | None = None,
     *,
-    t_end: float = 1.0,
-    sample_rate: float = 1000.0,
-    initial: Any = "static",
-    speed: Any = None,
-    solver: Any = None,
-    step: Plan | float | None = None,
-    rtol: float = 1e-7,
-    atol: float = 1e-10,
     store: str | Path | None = None,
     resume: bool = True,
     chunk: int | None = None,
     client: Any = None,
     progress: bool | None = None,
+    **settings: Unpack[Settings],
 ) -> xr.Dataset:
     """Runs `machine` once for each row of `parameters` and keeps `outputs` of each run.
 
@@ -74,8 +57,9 @@ def sweep(
     - `outputs`: name -> a measure of runs (`PeakValue(...)`) or of machines (`TotalMass()`), a `TimeSeries`,
       an `OverSpeed`, or a bare sensor. Runs are reduced while they are computed: only what sensors see is
       kept.
-    - `t_end` to `atol`: as for `simulate`. The step is planned for each machine: those that need a finer one
-      are run together.
+    - `simulation`: how each is run, a `Simulation`, or its fields as keywords (`t_end=2.0, speed=100.0`); by
+      default 1 s at 1000 Hz. The step is planned for each machine: those that need a finer one are run
+      together.
     - `store`: a Zarr folder, written chunk by chunk; a sweep that was stopped goes on there (`resume`), with
       the chunks and steps that it had, and one of something else is refused. Left out, results are kept in
       memory.
@@ -98,12 +82,11 @@ def sweep(
         raise InputError(
             "store: several processes run this sweep: give a folder that all of them see"
         )
-    setup, cases = _asked(
-        machine, parameters, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-    )
+    simulation = simulation_of(simulation, settings)
+    setup, cases = _asked(machine, parameters, outputs, simulation)
 
     def planned() -> Steps:
-        return _planned(setup, cases, t_end, sample_rate, step)
+        return _planned(setup, cases, simulation)
 
     began = time.perf_counter()
     if store is None:
@@ -113,7 +96,7 @@ def sweep(
         keep = Kept(*layout_of(setup, cases, steps, size))
     else:
         keep = Store(Path(store))
-        told = fingerprint(setup, cases, step)
+        told = fingerprint(setup, cases, simulation)
         _open_or_make(keep, resume, engine, told, setup, cases, planned, chunk)
         steps, size = keep.steps()
         setup = _stepped(setup, cases, steps)
@@ -126,90 +109,62 @@ def sweep(
     return finished(keep.dataset(), cases, setup, time.perf_counter() - began)
 
 
-def _asked(
-    machine, parameters, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-) -> tuple[Setup, Cases]:
+def simulation_of(given: Simulation | None, settings: Settings) -> Simulation:
+    """What was given, whole or by keywords; of what is left out 1 s at 1000 Hz."""
+    defaults: Any = {} if given is not None else {"t_end": 1.0, "sample_rate": 1000.0}
+    return as_simulation(given, defaults | settings)
+
+
+def _asked(machine, parameters, outputs, simulation: Simulation) -> tuple[Setup, Cases]:
     """Checked, but not planned: no linear part, no number of steps."""
-    setup, cases = asked(
-        machine, parameters, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-    )
+    setup, cases = asked(machine, parameters, outputs, simulation)
     if any(needs_run(one) for one in setup.outputs.values()):
-        check_start(row_of(machine, cases.values, 0), initial, speed, setup.grid)
+        check_start(row_of(machine, cases.values, 0), simulation)
     return setup, cases
 
 
 def asked(
-    machine: Machine,
-    parameters: Any,
-    outputs: Mapping[str, Any],
-    t_end: float,
-    sample_rate: float,
-    initial: Any = "static",
-    speed: Any = None,
-    solver: Any = None,
-    step: Any = None,
-    rtol: float = 1e-7,
-    atol: float = 1e-10,
+    machine: Machine, parameters: Any, outputs: Mapping[str, Any], simulation: Simulation
 ) -> tuple[Setup, Cases]:
     """The arguments of `sweep`, judged as far as they can be before anything runs; raises `InputError`."""
-    check_solver(machine, solver, None if isinstance(step, Plan) else step, rtol, atol)
-    machine.check()
+    simulation.check(machine)
     cases = as_cases(parameters)
     wanted = with_units(checked(outputs), machine)
     check_names(wanted, cases)
     check_cases(machine, cases)
-    runs = any(needs_run(one) for one in wanted.values())
-    solver = solver_for(machine, solver)
-    exponential = is_planned(solver)
-    if isinstance(step, Plan) and not exponential:
-        raise InputError("a Plan is for the exponential solvers: give a step in s, or none")
-    if solver is None:
-        solver = ExponentialAdams(step.order if isinstance(step, Plan) else 6)
-    grid = grid_of(machine, sample_rate)
-    first = row_of(machine, cases.values, 0)
-    if runs:
-        initial_speed(first, initial, speed)
-    setup = Setup(
-        machine,
-        wanted,
-        solver,
-        initial,
-        None if speed is None else jnp.asarray(speed, float),
-        None,
-        jnp.zeros(()),
-        jnp.asarray([rtol, atol], float),
-        None if step is None or exponential else jnp.asarray(step, float),
-        jnp.asarray(1.0 / sample_rate, float),
-        sample_count(t_end, sample_rate),
-        grid,
-    )
-    return setup, cases
+    if any(needs_run(one) for one in wanted.values()):
+        simulation.check(row_of(machine, cases.values, 0))
+    step, speed = simulation.step, simulation.speed
+    plan = step if isinstance(step, Plan) else None
+    speed = None if speed is None else jnp.asarray(speed, float)
+    count = sample_count(simulation.t_end, simulation.sample_rate)
+    run = run_setup(machine, simulation, speed, plan, count)
+    return Setup(machine, wanted, run, None), cases
 
 
-def _set_up(machine, cases, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol):
+def set_up(machine, cases, outputs, simulation: Simulation) -> tuple[Setup, np.ndarray]:
     """Ready to run, and the steps in a sample interval of each machine."""
-    setup, cases = _asked(
-        machine, cases, outputs, t_end, sample_rate, initial, speed, solver, step, rtol, atol
-    )
-    steps = _planned(setup, cases, t_end, sample_rate, step)
+    setup, cases = _asked(machine, cases, outputs, simulation)
+    steps = _planned(setup, cases, simulation)
     return _stepped(setup, cases, steps), steps.substeps
 
 
-def _planned(setup: Setup, cases: Cases, t_end, sample_rate, step) -> Steps:
+def _planned(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
     runs = any(needs_run(one) for one in setup.outputs.values())
-    if not runs or not is_planned(setup.solver):
+    if not runs or not is_planned(setup.run.solver):
         return Steps(np.zeros(len(cases), int), 0.0)
-    return steps_of(setup, cases, t_end, sample_rate, step)
+    return steps_of(setup, cases, simulation)
 
 
 def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
     """With the linear part, if all share one."""
-    setup = dataclasses.replace(setup, linearised_at=jnp.asarray(steps.speed, float))
-    solver = setup.solver
+    run = dataclasses.replace(setup.run, linearised_at=jnp.asarray(steps.speed, float))
+    setup, solver = dataclasses.replace(setup, run=run), run.solver
     if not steps.substeps.any() or not is_planned(solver):
         return setup
-    if solver.linear_part is not None:
-        return dataclasses.replace(setup, linear=jnp.asarray(solver.linear_part))
+    own = getattr(solver, "linear_part", None)
+    if own is not None:
+        return dataclasses.replace(setup, linear=jnp.asarray(own))
     if shares_linear(setup.machine, steps.speed, cases.values):
         first = row_of(setup.machine, cases.values, 0)
         setup = dataclasses.replace(setup, linear=linear_part(first, steps.speed))

@@ -132,24 +132,27 @@ class StateFeedback(AbstractController):
 
 
 class Compensator(AbstractController):
-    """Any linear controller, `z' = A z + B seen`, torque `C z` (N·m): what LQG gives. `A` (m, m), `B` (m, k),
-    `C` (m,), SI."""
+    """Any linear controller, `z' = A z + B seen`, torque `C z` (N·m): what `jr.linear.lqg` gives. `A` (m, m),
+    `B` (m, k), `C` (m,) or of one row (1, m), SI. Of several rows, for as many actuators, no loop takes it.
+    """
 
     A: Float[Array, "m m"] = parameter(shapes=((None, None),))
     B: Float[Array, "m k"] = parameter(shapes=((None, None),))
-    C: Float[Array, " m"] = parameter(shapes=((None,),))
+    C: Float[Array, " m"] | Float[Array, "1 m"] = parameter(shapes=((None,), (None, None)))
 
     def initial(self) -> States:
-        return jnp.zeros(self.C.shape[0])
+        return jnp.zeros(self.C.shape[-1])
 
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
-        return self.C @ state
+        return jnp.sum(self.C @ state)
 
     def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         return self.A @ state + self.B @ seen
 
     def faults(self) -> Iterator[str]:
-        m = self.C.shape[0]
+        m = self.C.shape[-1]
+        if self.C.ndim == 2 and self.C.shape[0] != 1:
+            yield f"C must be one row, for one torque, but has {self.C.shape[0]}: give each loop its own"
         if self.A.shape != (m, m) or self.B.shape[0] != m:
             yield (
                 f"A, B and C must belong together, {m} states by C, but A is {self.A.shape} and B "

@@ -10,10 +10,10 @@ from ...core.arguments import number, positive
 from ...core.errors import InputError
 from ...core.gate import takes
 from ...core.parameter import known, parameter
-from .flaw import AbstractFlaw, Bend, Section, towards
+from .defect import AbstractShaftDefect, Bend, Section, towards
 
 
-class Asymmetry(AbstractFlaw):
+class Asymmetry(AbstractShaftDefect):
     """Different second moments of area in two directions that turn with the shaft: two poles, a keyway,
     flats. `ratio` is (I1 - I2)/(I1 + I2): I1 resists bending towards `angle` (rad, in the shaft, from its x
     axis), I2 at right angles; their mean is that of the section's diameter.

@@ -6,10 +6,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
-from .flaw import AbstractFlaw, Bend, Section, towards
+from .defect import AbstractShaftDefect, Bend, Section, towards
 
 
-class Bow(AbstractFlaw):
+class Bow(AbstractShaftDefect):
     """The unloaded section is an arc: with both ends on the axis its middle lies `sagitta` (m) off, towards
     `angle` (rad, in the shaft, from its x axis).
 
@@ -28,7 +28,7 @@ class Bow(AbstractFlaw):
         return -8 * self.sagitta / section.length * jnp.stack([c, s, zero, zero])
 
 
-class Kink(AbstractFlaw):
+class Kink(AbstractShaftDefect):
     """The unloaded section is bent at one point: from `position` (0 to 1 along it) on, it leans by `bend`
     (rad) towards `angle` (rad, in the shaft, from its x axis). Source: as for `Bow`."""
 

@@ -12,13 +12,13 @@ from jaxtyping import Array, Float
 from ...core.parameter import parameter
 from ...core.protocol import NonSmooth
 from .crack_compliance import crack_compliance
-from .flaw import AbstractFlaw, Bend, Section, towards
+from .defect import AbstractShaftDefect, Bend, Section, towards
 
 # The moment, as a turn of the section by so many rad, below which a crack does not know its side.
 _UNLOADED = 1e-9
 
 
-class AbstractCrack(AbstractFlaw):
+class AbstractCrack(AbstractShaftDefect):
     """A hinge at `position`, whose compliance is that of an open crack, in series with the section.
 
     Between closed (the sound section) and open the stiffness is mixed: K = K_closed - opening (K_closed -

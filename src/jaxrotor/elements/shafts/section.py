@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ...core.parameter import parameter
 from ...core.protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Signalling, Vec6
 from .beam import beam_mass, beam_stiffness, shear_coefficient
-from .flaw import AbstractFlaw, Section, as_flaw, flaw_energy, flaw_forces
+from .defect import AbstractShaftDefect, Section, as_defect, defect_energy, defect_forces
 from .material import STEEL, ShaftMaterial, as_parameters
 from .twist import TURN, circulatory_forces, twist_torque
 
@@ -61,8 +61,8 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
     shear: bool = eqx.field(static=True, default=False)
-    flaw: AbstractFlaw | None = eqx.field(
-        converter=as_flaw,
+    flaw: AbstractShaftDefect | None = eqx.field(
+        converter=as_defect,
         default=None,
         metadata=dict(
             made_by=["Bow", "Kink", "Asymmetry", "Crack", "SwitchingCrack", "or several (a tuple)"]
@@ -77,7 +77,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
                 f"inner_diameter must be smaller than the diameter, but is "
                 f"{float(self.inner_diameter):g} against {float(self.diameter):g} m"
             )
-        if isinstance(self.flaw, AbstractFlaw):
+        if isinstance(self.flaw, AbstractShaftDefect):
             yield from self.flaw.misfits(self)
 
     def nominal(self) -> "Shaft":
@@ -116,7 +116,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         return 12 * m.youngs_modulus * moment / (kappa * m.shear_modulus * area * self.length**2)
 
     def _sound(self) -> Section:
-        """What a flaw needs to know."""
+        """What a defect needs to know."""
         _, moment = self._section()
         m = self.material
         return Section(
@@ -150,7 +150,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             parts.append(circulatory_forces(B, motions))
         if self.flaw is not None:
             (qa, _), (qb, _) = motions
-            parts.append(flaw_forces(self.flaw, self._sound(), qa, qb))
+            parts.append(defect_forces(self.flaw, self._sound(), qa, qb))
         if not parts:
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
@@ -168,7 +168,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         (qa, _), (qb, _) = motions
         beyond = 0.0
         if self.flaw is not None:
-            beyond = flaw_energy(self.flaw, self._sound(), qa, qb)
+            beyond = defect_energy(self.flaw, self._sound(), qa, qb)
         return self._strain_energy(qa, qb) + beyond
 
     def _strain_energy(self, a: Vec6, b: Vec6) -> Array:

@@ -43,7 +43,7 @@ def towards(position: Array, angle: Array) -> Bend:
     return jnp.stack([c, s, r * c, r * s])
 
 
-class AbstractFlaw(Part):
+class AbstractShaftDefect(Part):
     """Turns with a shaft section. To write your own, give what it adds to the section's unloaded shape,
     to its flexibility, or both: so several in one section add up exactly, in any order.
 
@@ -68,18 +68,18 @@ class AbstractFlaw(Part):
         yield from ()
 
 
-class Flaws(AbstractFlaw):
-    """Several flaws of one section: a tuple of flaws given to a shaft becomes this."""
+class ShaftDefects(AbstractShaftDefect):
+    """Several defects of one section: a tuple of them given to a shaft becomes this."""
 
-    parts: tuple[AbstractFlaw, ...] = eqx.field(converter=as_tuple)
+    parts: tuple[AbstractShaftDefect, ...] = eqx.field(converter=as_tuple)
 
     def faults(self) -> Iterator[str]:
         if not self.parts:
-            yield "parts must hold one flaw at least, but is empty"
+            yield "parts must hold one defect at least, but is empty"
 
     def misfits(self, shaft: Any) -> Iterator[str]:
         for part in self.parts:
-            if isinstance(part, AbstractFlaw):  # what is none is refused by name
+            if isinstance(part, AbstractShaftDefect):  # what is none is refused by name
                 yield from part.misfits(shaft)
 
     def shape(self, section: Section) -> Bend | None:
@@ -91,25 +91,29 @@ class Flaws(AbstractFlaw):
         return _sum(part.flexibility(section, carried, angle) for part in self.parts)
 
 
-def as_flaw(given: Any) -> Any:
-    """A flaw from one, several or none; what is neither stays as it is, to be refused by name."""
-    return Flaws(given) if isinstance(given, (list, tuple)) else given
+def as_defect(given: Any) -> Any:
+    """A defect from one, several or none; what is neither stays as it is, to be refused by name."""
+    return ShaftDefects(given) if isinstance(given, (list, tuple)) else given
 
 
-def flaw_energy(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6) -> Float[Array, ""]:
+def defect_energy(
+    defect: AbstractShaftDefect, section: Section, qa: Vec6, qb: Vec6
+) -> Float[Array, ""]:
     """Strain energy beyond the sound section's, J, of the coordinates of both ends.
 
     The frame turns with the mean of how far both ends have turned.
     """
-    bend, loaded, F = _seen(flaw, section, qa, qb)
+    bend, loaded, F = _seen(defect, section, qa, qb)
     return 0.5 * (solved(F, loaded) @ loaded - jnp.sum(section.stiffness() * bend**2))
 
 
-def flaw_forces(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6) -> tuple[Vec6, Vec6]:
+def defect_forces(
+    defect: AbstractShaftDefect, section: Section, qa: Vec6, qb: Vec6
+) -> tuple[Vec6, Vec6]:
     """Minus the slope of the energy: lateral forces, moments, and the torque on phi."""
 
     def seen(qa, qb):
-        return _seen(flaw, section, qa, qb)
+        return _seen(defect, section, qa, qb)
 
     # of y'Fy/2 with y = F⁻¹ b: y by b and -y y'/2 by F, a third of what differentiating the solve costs
     (bend, loaded, F), back = jax.vjp(seen, qa, qb)
@@ -118,14 +122,14 @@ def flaw_forces(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6) -> tup
     return -slopes[0], -slopes[1]
 
 
-def _seen(flaw: AbstractFlaw, section: Section, qa: Vec6, qb: Vec6):
+def _seen(defect: AbstractShaftDefect, section: Section, qa: Vec6, qb: Vec6):
     """The bend, what of it is loaded, and the flexibility."""
     turned = 0.5 * (qa[5] + qb[5])
     bend = _bend(qa, qb, section.length, turned)
     k = section.stiffness()
-    shape = flaw.shape(section)
+    shape = defect.shape(section)
     loaded = bend if shape is None else bend - shape
-    more = flaw.flexibility(section, k * loaded, turned)
+    more = defect.flexibility(section, k * loaded, turned)
     sound = jnp.diag(1 / k)
     return bend, loaded, sound if more is None else sound + more
 

@@ -1,4 +1,4 @@
-"""Flaws of shaft sections: against hand-written statics, the closed forms of rotordynamics, and SciPy."""
+"""Defects of shaft sections: against hand-written statics, the closed forms of rotordynamics, and SciPy."""
 
 import jax
 import jax.numpy as jnp
@@ -512,7 +512,7 @@ length = "100 mm"
 diameter = "12 mm"
 
 [machine.line.flaw]
-kind = "Flaws"
+kind = "ShaftDefects"
 parts = [{ kind = "Bow", sagitta = "0.1 mm" }, { kind = "Asymmetry", ratio = 0.1 }]
 
 [[machine.line]]

@@ -1,0 +1,69 @@
+"""What a machine is given in time: known before anything runs."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.parameter import numbers
+from ..machine.machine import Machine
+from ..machine.system import assemble, jump_times
+from ..profiles.motion import AbstractMotion
+from ..profiles.schedule import AbstractSchedule
+
+# Instants at which the drive's speed is looked up.
+_LOOKS = 512
+
+
+class Prescribed(NamedTuple):
+    """`speeds`: of the drive at the times asked for, rad/s. `frequency`: the highest of all that is given in
+    time, rad/s. `jumps`: instants at which some force jumps, s."""
+
+    speeds: Float[Array, " nt"]
+    frequency: Float[Array, ""]
+    jumps: Float[Array, " j"]
+
+
+@eqx.filter_jit
+def prescribed(machine: Machine, times: Float[Array, " nt"]) -> Prescribed:
+    system = assemble(machine)
+    kinds = (AbstractSchedule, AbstractMotion)
+    given = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, kinds))
+    found = [one.top_frequency() for one in given if isinstance(one, kinds)]
+    return Prescribed(
+        jax.vmap(lambda t: system.reference(t)[1])(times),
+        jnp.max(jnp.stack([jnp.zeros(()), *found])),
+        jump_times(system),
+    )
+
+
+def looks(t_end: float) -> np.ndarray:
+    """Instants at which to look for the highest speed, s."""
+    return np.linspace(0.0, t_end, _LOOKS)
+
+
+def prescribed_until(machine: Machine, t_end: float) -> Prescribed:
+    """In numbers, at `looks(t_end)`; `machine` may be wrapped by `grad`."""
+    machine = in_numbers(machine)
+    return jax.tree.map(np.asarray, prescribed(machine, jnp.asarray(looks(t_end))))
+
+
+def in_numbers(machine: Machine) -> Machine:
+    """Free of what `grad` wraps around them: the choice of a step has no derivative."""
+    return jax.tree.map(lambda x: jnp.asarray(numbers(x)), machine)
+
+
+def top_speed(machine: Machine, t_end: float, speed: Any = None) -> tuple[float, float]:
+    """When the drive turns fastest (s), and how fast (rad/s), or `speed` if that is higher."""
+    return fastest(prescribed_until(machine, t_end), t_end, speed)
+
+
+def fastest(given: Prescribed, t_end: float, speed: Any = None) -> tuple[float, float]:
+    """`top_speed` of what is known already."""
+    speeds = np.abs(np.asarray(given.speeds))
+    i = int(np.argmax(speeds))
+    own = 0.0 if speed is None else abs(float(numbers(speed)))
+    return float(looks(t_end)[i]), max(float(speeds[i]), own)
