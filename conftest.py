@@ -18,7 +18,9 @@ QUICK = (
     "--xla_backend_optimization_level=0 --xla_cpu_opt_preset=CPU_OPT_PRESET_FAST_COMPILE "
     "--xla_cpu_parallel_codegen_split_count=1"
 )
-if version("jaxlib").startswith("0.10."):  # later ones end the process at a flag that they do not know
+if version("jaxlib").startswith(
+    "0.10."
+):  # later ones end the process at a flag that they do not know
     QUICK += " --xla_cpu_use_fusion_emitters=false"
 os.environ.setdefault("XLA_FLAGS", QUICK)
 os.environ.setdefault("MPLBACKEND", "Agg")

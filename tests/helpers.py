@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxrotor as jr
 from jaxrotor.machine.system import assemble
-from jaxrotor.simulation.response import RunInfo
+from jaxrotor.simulation.run_info import RunInfo
 from jaxrotor.simulation.state import to_flat
 
 # Arguments of `jr.simulate` for runs that are not stiff and must be right to 1e-12 or so.

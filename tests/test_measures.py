@@ -18,7 +18,7 @@ from jaxrotor.objectives.mass import polar_inertia, total_mass
 from jaxrotor.objectives.peak import PassageAmplitude, PeakValue, smooth_max
 from jaxrotor.objectives.settling import SettlingTime
 from jaxrotor.sensors import quantities as q
-from jaxrotor.simulation.response import RunInfo
+from jaxrotor.simulation.run_info import RunInfo
 
 
 class Given(jr.sensors.AbstractSensor):

@@ -271,6 +271,10 @@ def test_a_sampled_controller(plan):
         jr.sweep(turning, cases, outputs, **RUN | dict(initial="steady"))
 
 
+def setup_with(solver, machine):
+    return SimpleNamespace(run=SimpleNamespace(solver=solver), machine=machine)
+
+
 def test_a_part_that_is_not_smooth():
     machine = jr.Machine.in_line(
         {
@@ -285,8 +289,8 @@ def test_a_part_that_is_not_smooth():
     found = jr.sweep(machine, cases, outputs, **RUN)
     assert found.attrs["solver"] == "Rosenbrock" and not np.any(found["failure"] != "")
     # an implicit solver calls LAPACK at each step: shared among devices of a processor, it would hang
-    assert batch.solves_as_it_runs(SimpleNamespace(solver=jr.Rosenbrock(), machine=machine))
-    assert not batch.solves_as_it_runs(SimpleNamespace(solver=jr.ETD4RK(), machine=machine))
+    assert batch.solves_as_it_runs(setup_with(jr.Rosenbrock(), machine))
+    assert not batch.solves_as_it_runs(setup_with(jr.ETD4RK(), machine))
     run = dict(solver=diffrax.Tsit5(), step=1e-4)
     fixed = jr.sweep(machine, cases, outputs, **RUN, **run)
     np.testing.assert_allclose(found["speed"], fixed["speed"], atol=2e-3)
@@ -298,10 +302,10 @@ def test_a_part_that_is_not_smooth():
 
 
 def test_measures_of_machines_need_no_run(machine, monkeypatch):
-    def refuse(*_):
+    def refuse(*_, **__):
         raise AssertionError("this sweep has nothing to run")
 
-    monkeypatch.setattr(batch, "_states", refuse)
+    monkeypatch.setattr(batch, "march_through", refuse)
     masses = np.array([1.0, 2.0, 3.5])
     found = jr.sweep(machine, {"disc.mass": masses}, {"mass": jr.objectives.TotalMass()})
     # a shaft without mass of its own; the motor has none

@@ -180,12 +180,7 @@ def _reversed(problem: Problem) -> Problem:
     """For one reverse sweep."""
     if problem.reverse:
         return problem
-    ready = tuple(
-        dataclasses.replace(e, adjoint=None).ready(problem.bench.machine, True)
-        if hasattr(e, "adjoint")
-        else e
-        for e in problem.experiments
-    )
+    ready = tuple(e.ready(problem.bench.machine, True) for e in problem.experiments)
     return dataclasses.replace(problem, experiments=ready, reverse=True)
 
 

@@ -1,13 +1,13 @@
 """Where 1-2-3 angles end: at theta = ±90 degrees psi and phi turn about one axis."""
 
-import warnings
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from ..core.parameter import numbers
 from ..machine.layout import lay_out
-from .response import Response
+from ..machine.lineup import Lineup
 
 # Nearer than this to a right angle the equations lose digits; rad.
 _NEAR = 0.05
@@ -15,21 +15,11 @@ _NEAR = 0.05
 _TURNED, _STEEP = 1.0, 1.0
 
 
-def tell_attitude(response: Response) -> None:
-    """Warns of each station whose theta comes close to a right angle, with the time."""
-    for name, at in poles_passed(response):
-        warnings.warn(
-            f"`{name}`: theta reaches 90 degrees at t = {at:.6g} s, where psi and phi turn about the same "
-            "axis: from there on the run may be wrong by more than its tolerance; let the body tip about x "
-            "instead (turn the machine by 90 degrees about z), or end the run before",
-            stacklevel=3,
-        )
-
-
-def poles_passed(response: Response) -> Iterator[tuple[str, float]]:
-    """Stations whose theta comes close to a right angle, and the first time, s."""
-    layout, names = lay_out(response.lineup), response.lineup.wiring.stations
-    t, y = numbers(response.t), numbers(response.y)
+def poles_passed(lineup: Lineup, t: Any, y: Any) -> Iterator[tuple[str, float]]:
+    """Stations whose theta comes close to a right angle in the states y (nt, d) at t (nt,), and the first
+    time, s."""
+    layout, names = lay_out(lineup), lineup.wiring.stations
+    t, y = numbers(t), numbers(y)
     for name, k in zip(names, layout.internal):
         psi, theta = (_free(y, layout, c * layout.n_mass + k) for c in (3, 4))
         if k >= layout.n_mass or theta is None:

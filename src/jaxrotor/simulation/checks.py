@@ -1,7 +1,6 @@
-"""Is the request sound, before a run; was the run one, after it."""
+"""Is what was asked for sound? Before a run."""
 
 import os
-import warnings
 from typing import Any
 
 import diffrax
@@ -12,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive
-from ..core.errors import ConvergenceError, InputError, SimulationFailed
+from ..core.errors import InputError
 from ..core.parameter import is_concrete, known, numbers
 from ..core.protocol import AbstractPrescribed
 from ..machine.layout import lay_out
@@ -20,18 +19,10 @@ from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
-from .attitude import poles_passed
-from .blame import not_finite
-from .equilibrium import refuse_unbalanced
-from .response import Response, RunInfo
 from .state import State
 
 # How often the states of a run are held at once, at least.
 _COPIES = 2
-# A periodic whirl found by shooting must come back to this part of its size.
-_STEADY_GAP = 1e-7
-# A run by a step of the user's own is warned of from this error on, as part of a coordinate's peak.
-_COARSE = 1e-2
 
 
 def check_machine(machine: Any) -> None:
@@ -171,87 +162,3 @@ def turns_freely(machine: Machine) -> bool:
     """Whether some station's spin is its own."""
     layout = lay_out(structure_of(machine))
     return any(place // layout.n_mass == 5 for place in layout.free)
-
-
-def speed_beyond(response: Response, planned: float) -> float | None:
-    """The speed (rad/s) that a line without a drive reached beyond what was planned for; `None` where
-    it stayed below. A run that went astray counts with at most ten times the plan."""
-    if response.machine.is_driven:
-        return None
-    layout = lay_out(structure_of(response.machine))
-    free = np.array(layout.free, dtype=int)
-    rates = numbers(response.y)[:, free.size : 2 * free.size][:, free // layout.n_mass == 5]
-    rates = rates[np.isfinite(rates).all(axis=1)]
-    seen = float(np.abs(rates).max(initial=0.0))
-    if seen <= 1.1 * planned + 1.0:
-        return None
-    return min(seen, 10 * planned + 1000.0)
-
-
-def judge(response: Response, initial, checks) -> None:
-    """After a concrete run: is it one?"""
-    sample = response.failed_at()
-    blame = None if sample is None else not_finite(*_around(response, sample))
-    if sample == 0 and blame:
-        raise InputError(f"{blame} before anything moves: mend its law")
-    if isinstance(initial, str) and initial in ("static", "running"):
-        refuse_unbalanced(response.machine, checks)
-    if isinstance(initial, str) and initial == "steady" and np.isinf(numbers(checks)):
-        raise ConvergenceError(
-            "no periodic whirl was found: without damping a mode is in resonance at this speed, and its "
-            "motion grows with each turn: choose another speed, or give the machine damping"
-        )
-    if isinstance(initial, str) and initial == "steady" and not numbers(checks) < _STEADY_GAP:
-        raise ConvergenceError(
-            f"no periodic whirl was found: after a turn the state differs by {numbers(checks):.1e} of "
-            "its size; the torques on the line do not balance at this speed, or it is unstable there"
-        )
-    if sample is not None:
-        kept = response.until(sample)
-        t = numbers(response.t)
-        remedy = "take a smaller step (step=...), or look for an instability of the machine there"
-        if blame:
-            remedy = f"{blame} there, so mend its law"
-        for name, at in list(poles_passed(kept))[:1]:
-            remedy += f" (theta of `{name}` had come to 90 degrees at t = {at:.6g} s)"
-        raise SimulationFailed(
-            f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
-            f"and {t[sample]:.6g} s ({response.info.solver}, "
-            f"{response.info.substeps or 'adaptive'} steps a sample): {remedy}; "
-            f"the {sample} samples before are in the exception's `response`",
-            kept,
-        )
-
-
-def error_words(info: RunInfo) -> str:
-    """Of a run whose own error is above its tolerance; else empty."""
-    if info.error is None or not all(map(is_concrete, (info.error, info.tolerance, info.step))):
-        return ""
-    error, asked, step = (float(numbers(x)) for x in (info.error, info.tolerance, info.step))
-    own = not asked > 0  # a step of the user's own comes without a tolerance
-    if error <= (_COARSE if own else asked) or np.isnan(error):
-        return ""
-    limit = "" if own else f", where {asked:.1g} was asked for"
-    return (
-        f"the run's own estimate of its error is {error:.1g} of a coordinate's peak{limit}: the step, "
-        f"{step:.3g} s, is too long for what happens in it; give a shorter one (step=...)"
-        + (", or none" if own else "")
-    )
-
-
-def tell_error(info: RunInfo) -> None:
-    """Warns of a run whose own error is above its tolerance."""
-    if words := error_words(info):
-        warnings.warn(words, stacklevel=3)
-
-
-def _around(response: Response, sample: int) -> tuple[Machine, Array, Array]:
-    """The machine, and instants and states on the way out of the finite numbers before `sample`."""
-    t, y, last = response.t, response.y, max(0, sample - 1)
-    n = len(lay_out(structure_of(response.machine)).free)
-    start = jnp.where(jnp.isfinite(y[last]), y[last], 0.0)
-    ahead = jnp.concatenate([start[n : 2 * n] * (t[1] - t[0]), jnp.zeros(start.size - n)])
-    if last > 0:
-        ahead = y[last] - y[last - 1]
-    parts = jnp.linspace(0.0, 1.0, 9)
-    return response.machine, t[last] + parts * (t[1] - t[0]), start + parts[:, None] * ahead

@@ -18,11 +18,11 @@ from ..machine.field import Evaluation, evaluate, watched_field
 from ..machine.lineup import line_up, stack
 from ..machine.machine import Machine
 from ..machine.seen import seen
-from ..machine.system import System, assemble
+from ..machine.system import System
 from .checks import sample_count
 from .pilot import plan_for
 from .plan import Plan
-from .run_setup import RunSetup, march_through, prepare, set_up
+from .run_setup import RunSetup, assembled, march_through, prepare, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start
@@ -112,16 +112,16 @@ def energy_audit(
 
 @eqx.filter_jit
 def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
-    system = assemble(machine)
+    system, balanced = assembled(machine, setup)
     books = _books(machine, system)
-    y0, _ = start(machine, system, setup.initial, setup.speed)
+    y0, _ = start(system, balanced, setup.initial, setup.speed)
     d = y0.size
 
     def field(t, y, system):
         dy, ev = watched_field(t, y[:d], system)
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
-    prepared = prepare(machine, system, setup)
+    prepared = prepare(system, balanced, setup)
     y = march_through(prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(setup.times, y[:, :d])

@@ -28,27 +28,10 @@ from ..machine.system import assemble
 from ..machine.wiring import unknown
 from .named_parts import forces_on_ends, inner_element, part_of
 from .response_text import part_text, response_text
+from .run_info import RunInfo
 
 if TYPE_CHECKING:
     import xarray
-
-
-class RunInfo(eqx.Module):
-    """How a response was made."""
-
-    solver: str = eqx.field(static=True)
-    order: int | None = eqx.field(static=True, default=None)
-    substeps: int | None = eqx.field(static=True, default=None)
-    initial: str = eqx.field(static=True, default="")
-    step: Any = None
-    linearised_at: Any = None
-    planned_top_speed: Any = None
-    pilot_error: Any = None
-    tolerance: Any = None
-    seconds: Any = None
-    steps: Any = None
-    error: Any = None
-    steady_gap: Any = None
 
 
 class Response(eqx.Module):
@@ -124,9 +107,7 @@ class Response(eqx.Module):
         """An `xarray.Dataset`: position, velocity, acceleration and reaction over time, station and
         coordinate, the elements' own signals over time and element; units and settings as attributes.
         """
-        from .export import to_xarray
-
-        return to_xarray(self)
+        return through("simulation.export", "to_xarray")(self)
 
     @takes(path=path, names=names)
     def to_csv(

@@ -9,6 +9,8 @@ import numpy as np
 from ..core.protocol import AbstractConnector
 from ..core.readable import amount, known_numbers
 from ..core.result_text import WIDTH, cut, listed
+from .attitude import poles_passed
+from .run_info import error_words
 
 if TYPE_CHECKING:
     from .response import ConnectorResponse, Response, StationResponse
@@ -117,15 +119,12 @@ def _range(low: float, high: float) -> str:
 
 def _doubts(response: "Response") -> list[str]:
     """What the run warned of, as far as its samples show it."""
-    from .attitude import poles_passed
-    from .checks import error_words
-
     found = []
     sample = response.failed_at()
     if sample is not None:
         at = float(np.asarray(response.t)[sample])
         return [f"not finite from t = {at:.6g} s on"]
-    for name, at in poles_passed(response):
+    for name, at in poles_passed(response.lineup, response.t, response.y):
         found.append(f"theta of `{name}` reaches 90 degrees at t = {at:.6g} s")
     words = error_words(response.info)
     return [*found, words] if words else found

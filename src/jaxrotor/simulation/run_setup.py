@@ -23,6 +23,7 @@ from .run_error import by_samples, run_error
 from .sampling_grid import Grid, Ticking, grid_of
 from .simulation import ATOL, RTOL, Simulation
 from .solver import is_planned, solver_for, tolerances
+from .start import needs_balanced
 
 
 class RunSetup(eqx.Module):
@@ -31,7 +32,7 @@ class RunSetup(eqx.Module):
     `linearised_at`: rad/s, of the exponential solvers' linear part. `step`: of adaptive solvers, fixed, s.
     """
 
-    solver: diffrax.AbstractSolver
+    solver: diffrax.AbstractSolver[Any]
     initial: Any
     speed: Float[Array, ""] | None
     linearised_at: Float[Array, ""]
@@ -96,8 +97,20 @@ class Prepared(NamedTuple):
     by_speed: Float[Array, "d d"] | None
 
 
+def assembled(machine: Machine, setup: RunSetup) -> tuple[System, System | None]:
+    """The system, and where the run needs it the one without what turns with the shaft."""
+    solver = setup.solver
+    linear = is_planned(solver) and solver.linear_part is None  # pyright: ignore
+    needed = linear or needs_balanced(setup.initial)
+    return assemble(machine), assemble(machine, nominal=True) if needed else None
+
+
 def prepare(
-    machine: Machine, system: System, setup: RunSetup, linear: Any = None, judged: bool = False
+    system: System,
+    balanced: System | None,
+    setup: RunSetup,
+    linear: Any = None,
+    judged: bool = False,
 ) -> Prepared:
     """`linear`: A, where it is known beforehand. `judged`: whether the march is to tell its error."""
     if not is_planned(setup.solver):
@@ -105,7 +118,7 @@ def prepare(
     A, w = setup.solver.linear_part if linear is None else linear, setup.linearised_at  # pyright: ignore
     if A is not None:
         return Prepared(system, A, jnp.zeros_like(A) if judged else None)
-    balanced = assemble(machine, nominal=True)
+    assert balanced is not None
     if not judged:
         return Prepared(system, jacobian(balanced, w), None)
     A, rest = jax.vmap(lambda w: jacobian(balanced, w))(jnp.stack([w, 0.0]))

@@ -19,14 +19,14 @@ from ..core.parameter import is_concrete, numbers, require_x64
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
-from ..machine.system import assemble
-from .attitude import tell_attitude
-from .checks import judge, sample_count, speed_beyond, tell_error, turns_freely
+from .checks import sample_count, turns_freely
+from .judging import judge, speed_beyond, tell_attitude
 from .pilot import find_plan, plan_for, unresolved
 from .plan import Plan, refined
 from .ranges import tell_ranges
-from .response import Response, RunInfo
-from .run_setup import RunSetup, march_through, prepare, set_up
+from .response import Response
+from .run_info import RunInfo, tell_error
+from .run_setup import RunSetup, assembled, march_through, prepare, set_up
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start
@@ -51,7 +51,7 @@ def simulate(
     sample_rate: float | None = None,
     initial: Initial | State = "static",
     speed: Float[Array, ""] | float | None = None,
-    solver: diffrax.AbstractSolver | None = None,
+    solver: diffrax.AbstractSolver[Any] | None = None,
     step: Plan | float | None = None,
     rtol: float | None = None,
     atol: float | None = None,
@@ -217,9 +217,9 @@ def _run(
 @eqx.filter_jit
 def _program(machine: Machine, setup: RunSetup, told: bool, judged: bool):
     """States at the samples, steps, the run's own error (where it is `judged`), and checks of the start."""
-    system = assemble(machine)
-    y0, checks = start(machine, system, setup.initial, setup.speed)
-    prepared = prepare(machine, system, setup, judged=judged)
+    system, balanced = assembled(machine, setup)
+    y0, checks = start(system, balanced, setup.initial, setup.speed)
+    prepared = prepare(system, balanced, setup, judged=judged)
     marched = march_through(prepared, setup, y0, told=told)
     return *marched, checks
 

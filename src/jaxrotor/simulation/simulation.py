@@ -39,7 +39,7 @@ class Settings(TypedDict, total=False):
     sample_rate: float
     initial: Initial | State
     speed: Float[Array, ""] | float | None
-    solver: diffrax.AbstractSolver | None
+    solver: diffrax.AbstractSolver[Any] | None
     step: Plan | float | None
     tolerance: float | None
     rtol: float | None
@@ -84,7 +84,7 @@ class Simulation(Part):
     sample_rate: float = option(positive("Hz"))
     initial: Initial | State = _checked(a_start, "static")
     speed: Float[Array, ""] | float | None = _checked(number("rad/s"))
-    solver: diffrax.AbstractSolver | None = _checked(a_solver)
+    solver: diffrax.AbstractSolver[Any] | None = _checked(a_solver)
     step: Plan | float | None = _checked(either(Plan, positive("s")))
     tolerance: float | None = option(number(above=0.0, below=1.0), default=None)
     rtol: float | None = option(number(above=0.0, below=1.0), default=None)

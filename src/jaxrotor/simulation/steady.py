@@ -24,15 +24,15 @@ _RESONANCE = 1e9
 
 
 def steady_whirl(
-    machine: Machine, system: System, speed: Float[Array, ""]
+    system: System, balanced: System, speed: Float[Array, ""]
 ) -> tuple[State, Array, Array]:
-    """The state at t = 0 from which the machine, turning at `speed` (rad/s), comes back after a turn.
+    """The state at t = 0 from which the system, turning at `speed` (rad/s), comes back after a turn.
 
     All coordinates are measured from the turning line, in which a periodic whirl is a fixed point of
     the flow over one turn. Returns the state, its flat form (measured from the turning line), and the
     largest part of it that does not come back, relative to its size; infinite in an undamped resonance.
     """
-    A = jacobian(assemble(machine, nominal=True), speed)
+    A = jacobian(balanced, speed)
     zero = jnp.zeros(())
     angle = system.reference(zero)[0]
     period = 2 * jnp.pi / jnp.abs(speed)
@@ -64,6 +64,6 @@ def steady_whirl(
 
 @eqx.filter_jit
 def steady(machine: Machine, speed: Float[Array, ""]) -> tuple[State, Array]:
-    system = assemble(machine)
-    state, _, missed = steady_whirl(machine, system, speed)
+    system, balanced = assemble(machine), assemble(machine, nominal=True)
+    state, _, missed = steady_whirl(system, balanced, speed)
     return state, missed

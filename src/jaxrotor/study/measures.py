@@ -12,7 +12,8 @@ from ..machine.machine import Machine
 from ..objectives.machine_measures import AbstractMachineMeasure, unit_on
 from ..objectives.measure import AbstractMeasure, AbstractSignalMeasure, within
 from ..sensors.quantities import Signal
-from ..simulation.response import Response, RunInfo, blank_run
+from ..simulation.response import Response, blank_run
+from ..simulation.run_info import RunInfo
 from ..simulation.simulation import Simulation
 from .build import FAILED, Context, build_element
 from .kinds import find_kind

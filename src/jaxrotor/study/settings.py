@@ -1,7 +1,7 @@
 """The sections of a study beside the machine: how to simulate it and what to report."""
 
 import dataclasses
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args
 
 import pydantic
 
@@ -41,7 +41,9 @@ Relative = Annotated[Tolerance, pydantic.AfterValidator(_below_one)]
 
 
 class Section(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config: ClassVar[pydantic.ConfigDict] = pydantic.ConfigDict(
+        extra="forbid", frozen=True, strict=True
+    )
 
 
 S = TypeVar("S", bound=Section)

@@ -15,9 +15,11 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..objectives.measure import Seen
 from ..search.instrumented import Instrumented
-from ..simulation.checks import _STEADY_GAP, initial_speed
-from ..simulation.response import Response, RunInfo
-from ..simulation.run_setup import RunSetup, march_through, prepare, stepped
+from ..simulation.checks import initial_speed
+from ..simulation.judging import STEADY_GAP
+from ..simulation.response import Response
+from ..simulation.run_info import RunInfo
+from ..simulation.run_setup import RunSetup, assembled, march_through, prepare, stepped
 from ..simulation.solver import is_planned
 from ..simulation.start import start
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
@@ -58,9 +60,9 @@ def begun(setup: Setup, values: dict[str, Float[Array, ""]]) -> Float[Array, " d
     machine = placed(setup.machine, values)
     initial = setup.run.initial
     speed = initial_speed(machine, initial, setup.run.speed)
-    y0, missed = start(machine, assemble(machine), initial, speed)
+    y0, missed = start(*assembled(machine, setup.run), initial, speed)
     if isinstance(initial, str) and initial == "steady":
-        y0 = jnp.where(missed < _STEADY_GAP, y0, jnp.nan)
+        y0 = jnp.where(missed < STEADY_GAP, y0, jnp.nan)
     return y0
 
 
@@ -76,7 +78,7 @@ def member(
     def states(watch):
         """At the samples, or what `watch` keeps of them."""
         first = begun(setup, values) if y0 is None else y0
-        prepared = prepare(machine, assemble(machine), setup.run, setup.linear)
+        prepared = prepare(*assembled(machine, setup.run), setup.run, setup.linear)
         return march_through(prepared, setup.run, first, watch=watch).kept
 
     if needs_states(setup.outputs):

@@ -26,7 +26,7 @@ class Cases:
     how: str = "a table"
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         mapping(self.values, "cases:")
         values = {path: _column(path, value) for path, value in self.values.items()}
         object.__setattr__(self, "values", values)

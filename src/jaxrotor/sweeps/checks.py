@@ -39,9 +39,9 @@ def check_start(first: Machine, simulation: Simulation) -> None:
     """As `simulate` does, with the first machine."""
     speed = simulation.check(first)
     if simulation.start == "static":
-        refuse_unbalanced(first, _unbalanced(first, simulation.start, speed))
+        refuse_unbalanced(first, _unbalanced(first, speed))
 
 
 @eqx.filter_jit
-def _unbalanced(machine: Machine, initial: str, speed: Any):
-    return start(machine, assemble(machine), initial, speed)[1]
+def _unbalanced(machine: Machine, speed: Any):
+    return start(assemble(machine), None, "static", speed)[1]

@@ -13,7 +13,8 @@ import xarray as xr
 from ..core.errors import InputError
 from ..core.version import installed_version
 from ..search.instrumented import Instrumented
-from ..simulation.response import Response, RunInfo
+from ..simulation.response import Response
+from ..simulation.run_info import RunInfo
 from .batch import Outcome, Setup, placed
 from .cases import Cases
 from .memory import state_size
