@@ -28,6 +28,20 @@ def test_arrows_go_down():
     assert not up
 
 
+def test_no_two_files_import_each_other():
+    assert not house.circles()
+
+
+def test_a_circle_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(house, "SOURCE", tmp_path)
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "a.py").write_text("from .b import x")
+    (tmp_path / "room" / "b.py").write_text("def f():\n    from ..room import c")
+    (tmp_path / "room" / "c.py").write_text("from . import a")
+    (tmp_path / "room" / "d.py").write_text("from . import a")
+    assert house.circles() == [["room/a.py", "room/b.py", "room/c.py"]]
+
+
 def test_the_map_is_true():
     assert house.page() in (ROOT / "CONTRIBUTING.md").read_text()
 

@@ -1,7 +1,6 @@
 """Does each connector act at as many places as it is given, and has every station some inertia?"""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -19,10 +18,8 @@ from ..core.protocol import (
     Massive,
     Stateful,
 )
+from .built import Built
 from .lineup import Lineup
-
-if TYPE_CHECKING:
-    from .machine import Machine
 
 
 def check_ends(lineup: Lineup) -> None:
@@ -61,7 +58,7 @@ def check_carried(lineup: Lineup) -> None:
         member += len(block)
 
 
-def massless(machine: "Machine") -> Iterator[str]:
+def massless(machine: Built) -> Iterator[str]:
     """What stations without inertia of their own lack where no shaft with mass helps, in sentences."""
     wiring = machine.wiring
     for k, (name, station) in enumerate(zip(wiring.stations, machine.stations)):

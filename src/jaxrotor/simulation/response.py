@@ -27,7 +27,6 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from .named_parts import forces_on_ends, inner_element, part_of
-from .response_text import part_text, response_text
 from .run_info import RunInfo
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ class Response(eqx.Module):
     info: RunInfo
 
     def __repr__(self) -> str:
-        return response_text(self)
+        return through("simulation.response_text", "response_text")(self)
 
     def __getitem__(self, name: str) -> "StationResponse | ConnectorResponse":
         if self.t.ndim != 1:
@@ -166,7 +165,7 @@ class _Part:
         self._element = _element(response, name)
 
     def __repr__(self) -> str:
-        return part_text(self)  # pyright: ignore[reportArgumentType]
+        return through("simulation.response_text", "part_text")(self)
 
     def _evaluation(self) -> Evaluation:
         return self._response.evaluation
