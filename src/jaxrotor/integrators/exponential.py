@@ -27,7 +27,9 @@ _SMALL = 64
 # Step lengths agree when they differ by less than this part of the longest one prepared.
 _LENGTH_TOLERANCE = 1e-7
 
+Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]
+Terms = diffrax.AbstractTerm[Any, Any]
 
 
 class Memory(eqx.Module):
@@ -117,9 +119,9 @@ class AbstractExponential(diffrax.AbstractSolver[_State]):
     @abc.abstractmethod
     def advance(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
         state: _State,
@@ -131,9 +133,9 @@ class AbstractExponential(diffrax.AbstractSolver[_State]):
 
     def step(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
         solver_state: _State,
@@ -144,9 +146,7 @@ class AbstractExponential(diffrax.AbstractSolver[_State]):
         state = eqx.tree_at(lambda s: s.memory, solver_state, memory)
         return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
 
-    def func(
-        self, terms: diffrax.AbstractTerm[Any, Any], t0: Float[Array, ""], y0: Vector, args: Any
-    ) -> Any:
+    def func(self, terms: Terms, t0: Scalar, y0: Vector, args: Any) -> Any:
         return terms.vf(t0, y0, args)
 
 
@@ -173,17 +173,17 @@ class ETD4RK(AbstractExponential):
     lengths: Float[Array, " m"] | None = None
     exact_rows: int = eqx.field(static=True, default=0)
 
-    term_structure: ClassVar[type[diffrax.AbstractTerm[Any, Any]]] = diffrax.AbstractTerm
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
     interpolation_cls: ClassVar[type] = diffrax.ThirdOrderHermitePolynomialInterpolation
 
-    def order(self, terms: diffrax.AbstractTerm[Any, Any]) -> int:
+    def order(self, terms: Terms) -> int:
         return 4
 
     def init(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
     ) -> _State:
@@ -198,9 +198,9 @@ class ETD4RK(AbstractExponential):
 
     def advance(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
         state: _State,
@@ -248,7 +248,7 @@ class ExponentialAdams(AbstractExponential):
     lengths: Float[Array, " m"] | None = None
     exact_rows: int = eqx.field(static=True, default=0)
 
-    term_structure: ClassVar[type[diffrax.AbstractTerm[Any, Any]]] = diffrax.AbstractTerm
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
     interpolation_cls: ClassVar[type] = diffrax.ThirdOrderHermitePolynomialInterpolation
 
     @takes(linear_part=None, lengths=None)
@@ -264,14 +264,14 @@ class ExponentialAdams(AbstractExponential):
         self.substeps = whole(0)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
-    def order(self, terms: diffrax.AbstractTerm[Any, Any]) -> int:
+    def order(self, terms: Terms) -> int:
         return self.order_
 
     def init(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
     ) -> _State:
@@ -294,9 +294,9 @@ class ExponentialAdams(AbstractExponential):
 
     def advance(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
         y0: Vector,
         args: Any,
         state: _State,

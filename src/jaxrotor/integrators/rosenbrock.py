@@ -11,14 +11,18 @@ from jaxtyping import Array, Float
 
 from . import rodas5p as tableau
 
+Scalar = Float[Array, ""]
+Vector = Float[Array, " d"]
+Terms = diffrax.AbstractTerm[Any, Any]
+
 
 class _Dense(diffrax.AbstractLocalInterpolation):
     """The state within a step, of order four."""
 
     t0: Any
     t1: Any
-    y0: Float[Array, " d"]
-    y1: Float[Array, " d"]
+    y0: Vector
+    y1: Vector
     bend: Float[Array, "3 d"]
 
     def evaluate(self, t0, t1=None, left: bool = True):
@@ -41,37 +45,37 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
     is a machine's.
     """
 
-    term_structure: ClassVar[type[diffrax.AbstractTerm[Any, Any]]] = diffrax.AbstractTerm
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
     interpolation_cls: ClassVar[Callable[..., _Dense]] = _Dense
 
-    def order(self, terms: diffrax.AbstractTerm[Any, Any]) -> int:
+    def order(self, terms: Terms) -> int:
         return 5
 
     def init(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
-        y0: Float[Array, " d"],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
         args: Any,
     ) -> None:
         return None
 
     def func(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        y0: Float[Array, " d"],
+        terms: Terms,
+        t0: Scalar,
+        y0: Vector,
         args: Any,
     ) -> Any:
         return terms.vf(t0, y0, args)
 
     def step(
         self,
-        terms: diffrax.AbstractTerm[Any, Any],
-        t0: Float[Array, ""],
-        t1: Float[Array, ""],
-        y0: Float[Array, " d"],
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
         args: Any,
         solver_state: None,
         made_jump: Any,

@@ -1,6 +1,7 @@
 """A control loop in continuous time that puts a torque on the shaft."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -30,8 +31,18 @@ def shared(torque: Array, count: int, between: bool) -> tuple[Vec6, ...]:
     return (one, *rest)
 
 
-def stations_needed(measured: AbstractFeedback, between: bool) -> int:
-    return max(1 + between, measured.stations_needed())
+def put_on(
+    torque: Callable[[], Array],
+    motions: tuple[Motion, ...],
+    measured: AbstractFeedback,
+    between: bool,
+) -> tuple[Vec6, ...]:
+    """The torque of a loop on its stations; where they are too few, nothing on as many as are needed, for the
+    machine to say so."""
+    needed = max(1 + between, measured.stations_needed())
+    if len(motions) < needed:
+        return (jnp.zeros(6),) * needed
+    return shared(torque(), len(motions), between)
 
 
 def fits(controller: AbstractController, measured: AbstractFeedback):
@@ -116,10 +127,8 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
-        needed = stations_needed(self.measured, self.between)
-        if len(motions) < needed:  # for the machine to say so
-            return (jnp.zeros(6),) * needed
-        return shared(self.torque(t, motions, state), len(motions), self.between)
+        torque = partial(self.torque, t, motions, state)
+        return put_on(torque, motions, self.measured, self.between)
 
     def times(self) -> Float[Array, " n"]:
         return jumps_of(self.measured)

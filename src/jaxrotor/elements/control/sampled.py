@@ -1,6 +1,7 @@
 """A control loop in a computer: it samples, computes, and holds its torque until the next one."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -13,7 +14,7 @@ from ...core.protocol import AbstractAttachment, Motion, Sampled, Signalling, Ti
 from .actuator import Actuator
 from .controller import AbstractController
 from .feedback import AbstractFeedback, TwistOf
-from .loop import fits, ideal, jumps_of, power, shared, stations_needed
+from .loop import fits, ideal, jumps_of, power, put_on
 
 
 class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
@@ -129,10 +130,8 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
-        needed = stations_needed(self.measured, self.between)
-        if len(motions) < needed:  # for the machine to say so
-            return (jnp.zeros(6),) * needed
-        return shared(self.torque(t, motions, state), len(motions), self.between)
+        torque = partial(self.torque, t, motions, state)
+        return put_on(torque, motions, self.measured, self.between)
 
     def times(self) -> Float[Array, " n"]:
         return jumps_of(self.measured)

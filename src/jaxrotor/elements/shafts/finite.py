@@ -6,12 +6,10 @@ from typing import Any, ClassVar, Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.arguments import whole
 from ...core.kinematics import from_turning, spin_speed
-from ...core.parameter import parameter
 from ...core.part import option
 from ...core.protocol import (
     LEFT,
@@ -28,9 +26,10 @@ from ...core.protocol import (
     Vec6,
 )
 from ..rotors.node import Node
-from .material import STEEL, ShaftMaterial, as_parameters
+from .material import ShaftMaterial, steel, undamped
 from .segment import MOST_ELEMENTS, Segment
-from .twist import TURN, circulatory_forces, twist_torque
+from .stepped import Sections, by_section, cut, section_faults, sections
+from .twist import circulatory_forces, damped_rates, twist_torque
 
 
 class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
@@ -87,11 +86,7 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
         return self.segment.height_energy(motions, gravity)
 
     def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
-        rates = []
-        for q, v in motions:
-            if self.damping == "rotating":
-                v = v - v[5] * (TURN[:6, :6] @ q)
-            rates.append(v)
+        rates = damped_rates(motions, self.damping)
         alpha, beta = self.rayleigh
         kinetic = self.segment.kinetic_energy(motions, hat=False)
         return 2 * alpha * kinetic + 2 * beta * self.segment.strain_energy(*rates)
@@ -115,24 +110,12 @@ class FiniteElementShaft(Composite, Carrying):
     ch. 5; energy with large spin: `docs/physics.md`.
     """
 
-    length: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    inner_diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", nonnegative=True, shapes=((), (None,)), default=0.0
-    )
-    end_diameter: Float[Array, ""] | Float[Array, " n"] | None = parameter(
-        "m", positive=True, shapes=((), (None,)), optional=True, default=None
-    )
-    material: ShaftMaterial = eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
-    rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
-    )
+    length: Sections = by_section(positive=True)
+    diameter: Sections = by_section(positive=True)
+    inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
+    end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
+    material: ShaftMaterial = steel()
+    rayleigh: Float[Array, "2"] = undamped()
     elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
@@ -159,57 +142,3 @@ class FiniteElementShaft(Composite, Carrying):
         ends = (LEFT, *range(count - 1)), (*range(count - 1), RIGHT)
         stations = ((Node(), count - 1),) if count > 1 else ()
         return Parts(stations, (("element", element, ends),))
-
-
-def sections(shaft: Any) -> int:
-    """How many sections a shaft's dimensions give."""
-    given = (shaft.length, shaft.diameter, shaft.inner_diameter, shaft.end_diameter)
-    return max(1, *(jnp.size(x) for x in given if x is not None))
-
-
-def section_faults(shaft: Any):
-    if not isinstance(shaft.elements, int) or shaft.elements < 1:
-        yield f"elements must be a whole number, one at least, but is {shaft.elements!r}"
-        return
-    count = sections(shaft)
-    given = {
-        name: np.shape(getattr(shaft, name))
-        for name in ("length", "diameter", "inner_diameter", "end_diameter")
-        if getattr(shaft, name) is not None
-    }
-    for name, shape in given.items():
-        if shape not in ((), (count,)):
-            yield (
-                "length, diameter, inner_diameter and end_diameter must be numbers or equally long "
-                f"lists, but {name} has {shape[0]} entries where another has {count}"
-            )
-            return
-    end = shaft.diameter if shaft.end_diameter is None else shaft.end_diameter
-    outer = np.minimum(np.broadcast_to(shaft.diameter, count), np.broadcast_to(end, count))
-    inner = np.broadcast_to(shaft.inner_diameter, count)
-    if np.any(inner >= outer):
-        k = int(np.argmax(inner >= outer))
-        yield (
-            f"inner_diameter must be smaller than the diameter, but is {inner[k]:g} against "
-            f"{outer[k]:g} m"
-        )
-
-
-def cut(shaft: Any, pieces: int, shear: bool, rotary_inertia: bool) -> Segment:
-    """Each section cut into equal pieces: segments stacked on the last axis."""
-    count = sections(shaft)
-
-    def per_piece(x):
-        return jnp.repeat(jnp.broadcast_to(x, (count,)), pieces)
-
-    n = count * pieces
-    left = jnp.tile(jnp.arange(pieces) / pieces, count)
-    start = per_piece(shaft.diameter)
-    end = start if shaft.end_diameter is None else per_piece(shaft.end_diameter)
-    diameters = jnp.stack([start + (end - start) * s for s in (left, left + 1 / pieces)])
-    inside = jnp.broadcast_to(per_piece(shaft.inner_diameter), (2, n))
-    m = shaft.material
-    E, G, rho = (jnp.broadcast_to(x, (n,)) for x in (m.youngs_modulus, m.shear_modulus, m.density))
-    return Segment(
-        per_piece(shaft.length) / pieces, diameters, inside, E, G, rho, shear, rotary_inertia
-    )

@@ -12,8 +12,8 @@ from ...core.parameter import parameter
 from ...core.protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Signalling, Vec6
 from .beam import beam_mass, beam_stiffness, shear_coefficient
 from .defect import AbstractShaftDefect, Section, as_defect, defect_energy, defect_forces
-from .material import STEEL, ShaftMaterial, as_parameters
-from .twist import TURN, circulatory_forces, twist_torque
+from .material import ShaftMaterial, steel, undamped
+from .twist import circulatory_forces, damped_rates, twist_torque
 
 
 class Half(NamedTuple):
@@ -52,12 +52,8 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     length: Float[Array, ""] = parameter("m", positive=True)
     diameter: Float[Array, ""] = parameter("m", positive=True)
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    material: ShaftMaterial = eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
-    rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
-    )
+    material: ShaftMaterial = steel()
+    rayleigh: Float[Array, "2"] = undamped()
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
     shear: bool = eqx.field(static=True, default=False)
@@ -215,10 +211,6 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             y_t = h[0] * va[1] - h[1] * L * va[3] + h[2] * vb[1] - h[3] * L * vb[3]
             z_t, phi_t = ((1 - s) * va[i] + s * vb[i] for i in (2, 5))
             kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
-        rates = []
-        for q, v in motions:
-            if self.damping == "rotating":
-                v = v - v[5] * (TURN[:6, :6] @ q)
-            rates.append(v)
+        rates = damped_rates(motions, self.damping)
         alpha, beta = self.rayleigh
         return alpha * L * kinetic + beta * 2 * self._strain_energy(*rates)
