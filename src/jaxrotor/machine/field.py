@@ -120,6 +120,15 @@ def evaluate(
     return _evaluate(t, u, s, z, system, reference, outputs=True)
 
 
+@eqx.filter_jit  # as `relative_field`
+def net_loads(
+    y: Float[Array, " d"], system: System, reference: Reference
+) -> tuple[Float[Array, " f"], Float[Array, " k"]]:
+    """At t = 0: the generalized loads on the free coordinates (N, N·m), and the internal states' rates."""
+    ev = evaluate(jnp.zeros(()), y, system, reference)
+    return ev.loads.ravel()[np.array(system.layout.free, int)], ev.rates
+
+
 def initial_states(system: System) -> Float[Array, " k"]:
     parts = [
         actor.call("initial").ravel()

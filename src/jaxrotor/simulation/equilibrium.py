@@ -12,7 +12,7 @@ from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import known, numbers
 from ..integrators.newton import newton_root
-from ..machine.field import Reference, evaluate, initial_states, n_free
+from ..machine.field import Reference, initial_states, n_free, net_loads
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
@@ -51,12 +51,9 @@ def resting(system: System, reference: Reference) -> tuple[Float[Array, " d"], F
     loads on the free coordinates of each station (machine's order), but for the common torque of each free
     line."""
     n, z = n_free(system), initial_states(system)
-    free = np.array(system.layout.free, int)
-    zero = jnp.zeros(())
 
     def loads(u):
-        y = jnp.concatenate([u, jnp.zeros(n), z])
-        return evaluate(zero, y, system, reference).loads.ravel()[free]
+        return net_loads(jnp.concatenate([u, jnp.zeros(n), z]), system, reference)[0]
 
     u, left = _balanced(loads, jnp.zeros(n), system)
     return jnp.concatenate([u, jnp.zeros(n), z]), left
@@ -66,13 +63,10 @@ def running(system: System, reference: Reference) -> tuple[Float[Array, " d"], F
     """Where the turning, balanced machine stays (`system` is its nominal one): no net load, internal states
     at rest. A free spin is left where it is. What is left of the loads as from `resting`."""
     n, z = n_free(system), initial_states(system)
-    free = np.array(system.layout.free, int)
-    zero = jnp.zeros(())
 
     def loads(x):
         y = jnp.concatenate([x[:n], jnp.zeros(n), x[n:]])
-        ev = evaluate(zero, y, system, reference)
-        return jnp.concatenate([ev.loads.ravel()[free], ev.rates])
+        return jnp.concatenate(net_loads(y, system, reference))
 
     x, left = _balanced(loads, jnp.concatenate([jnp.zeros(n), z]), system)
     return jnp.concatenate([x[:n], jnp.zeros(n), x[n:]]), left
