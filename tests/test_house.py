@@ -90,7 +90,7 @@ def test_check_loads_only_what_the_study_needs():
         "import sys\nfrom jaxrotor.commands.cli import main\n"
         "assert main(['check', 'configs/two_rotor_startup.toml']) == 0\n"
         "heavy = {'scipy.interpolate', 'scipy.optimize', 'scipy.signal', 'scipy.special', 'scipy.stats', "
-        "'matplotlib', 'optax', 'pandas', 'tqdm', 'xarray', 'zarr'} & set(sys.modules)\n"
+        "'diffrax', 'matplotlib', 'optax', 'pandas', 'tqdm', 'xarray', 'zarr'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
