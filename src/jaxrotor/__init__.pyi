@@ -146,6 +146,10 @@ from .core.protocol import (
     AbstractAttachment as AbstractAttachment,
 )
 
+# what it runs on
+from .core.cache import enable_cache as enable_cache
+from .core.config import show_config as show_config
+
 # errors
 from .core.errors import (
     JaxrotorError as JaxrotorError,

@@ -93,6 +93,9 @@ def _set_up() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)  # where something imported JAX before
+    from ..core.cache import enable_for_commands
+
+    enable_for_commands()
 
 
 def _load(path: Path, run: bool = True) -> Any:
