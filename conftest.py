@@ -41,7 +41,7 @@ gc.set_threshold(200_000, 20, 20)
 LONG = """
 sweep uncertainty configs shafts_with_mass linear sweep_stores run_error critical bearings control
 identify torsion
-more_configs identify_cli contact flaws ross
+more_configs identify_cli contact shaft_defects ross
 gradients governed_config energy identify_experiments couplings gears tracing report reference
 sweep_cli design_experiments measures optimize_cli optimize norms regulators diagnose
 """.split()

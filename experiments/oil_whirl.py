@@ -89,9 +89,8 @@ def main() -> None:
         at = run[place]
         found = jr.diagnostics.waterfall(at.x, at.speed, RATE, y=at.y)
         for name, draw in (("map", plot.waterfall_map), ("cascade", plot.cascade)):
-            figure = draw(found, highest=HIGHEST, title=f"Oil whirl and whip: {words}")
+            ax = draw(found, highest=HIGHEST, title=f"Oil whirl and whip: {words}")
             if name == "map":
-                ax = figure.axes[0]
                 ax.axhline(rpm, color="white", linewidth=0.8)
                 ax.annotate(
                     "threshold of the linear model",
@@ -103,7 +102,7 @@ def main() -> None:
                     fontsize=8,
                 )
             path = args.out / f"{place}_{name}.png"
-            save_figure(figure, path)
+            save_figure(ax, path)
             print(f"wrote {path}")
 
 

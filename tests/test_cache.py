@@ -61,7 +61,7 @@ def test_what_a_killed_process_left_goes(tmp_path):
 
 
 def test_a_folder_of_ones_own_stays():
-    known = jax.config.read("jax_compilation_cache_dir")
+    known = jax.config.jax_compilation_cache_dir
     assert known and str(jr.enable_cache()) == known
     told = jr.show_config()
     assert known in told["cache"] and told["64-bit floats"] == "on"

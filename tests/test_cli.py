@@ -76,7 +76,7 @@ def place(tmp_path, monkeypatch):
         savefig=lambda path, **_: Path(path).write_text(f"picture of {Path(path).name}")
     )
     plot = types.ModuleType("jaxrotor.plot.machine")
-    plot.draw_machine = lambda machine: figure
+    plot.draw_machine = lambda machine: types.SimpleNamespace(figure=figure)
     monkeypatch.setitem(sys.modules, "jaxrotor.plot.machine", plot)
     return tmp_path
 

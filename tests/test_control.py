@@ -347,6 +347,8 @@ def test_relative_states_are_those_of_the_twisting_line():
         (jnp.full(6, a), jnp.full(6, b)) for a, b in ((1.0, 10.0), (2.0, 30.0), (5.0, 80.0))
     )
     np.testing.assert_array_equal(seen.values(0.0, motions), [-4.0, -3.0, -70.0, -50.0])
+    geared = jr.elements.RelativeStates(3, ratios=(-2.0, 0.5))
+    np.testing.assert_array_equal(geared.values(0.0, motions), [11.0, -0.5, 170.0, -10.0])
 
 
 # Switched damping.
@@ -416,6 +418,8 @@ LOOP, SAMPLED = jr.elements.ActiveTorque, jr.elements.SampledTorque
         (lambda: LOOP(jr.elements.PD(damping=np.nan)), "controller.damping must be finite"),
         (lambda: LOOP(jr.elements.PD(), jr.elements.TwistOf(0, 0)), "first and second must be two stations"),
         (lambda: LOOP(jr.elements.PD(), jr.elements.TwistOf(0, 2)), "acts at 3 stations, but 2 are given"),
+        (lambda: LOOP(PD(), jr.elements.TwistOf(0, 1, 0.0)), "ratio must not be zero"),
+        (lambda: LOOP(StateFeedback([1.0] * 2), RelativeStates(2, [1.0, 2.0])), "ratios must have 1 entries"),
         (lambda: LOOP(jr.elements.StateFeedback([1.0, 2.0, 3.0])), "controller must make one torque of 2"),
         (lambda: LOOP(StateFeedback([1.0] * 4), RelativeStates(3)), "acts at 3 stations"),
         (lambda: LOOP(0.5), "controller must be made by"),

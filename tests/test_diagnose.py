@@ -12,6 +12,7 @@ from jaxrotor import plot
 from jaxrotor.commands.diagnostic_figures import diagnosis
 from jaxrotor.diagnostics.orbit import ellipse
 from jaxrotor.objectives.measure import Seen
+from jaxrotor.plot.style import figure_of
 from jaxrotor.study.diagnosis import KINDS, Diagnosis
 
 RATE = 5000.0
@@ -346,37 +347,37 @@ def test_figures():
     x, y = 1e-5 * np.cos(phi), 0.5e-5 * np.sin(phi)
     spectrum = jr.diagnostics.full_spectrum(x, y, RATE)
     # a fan that turns backwards: what goes from y to x is forward, and its lines are named so
-    turned = plot.full_spectrum(spectrum, speed=-150.0).axes[0]
+    turned = plot.full_spectrum(spectrum, speed=-150.0)
     assert "← forward | backward →" in turned.get_xlabel()
     names = {t.get_text(): t.xy[0] for t in turned.texts}
     assert names["1×"] < 0 < names["−1×"]
-    ax = plot.full_spectrum(spectrum, speed=150.0).axes[0]
+    ax = plot.full_spectrum(spectrum, speed=150.0)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e6 * spectrum.amplitude)
     assert {"1×", "−1×", "2×"} <= {t.get_text() for t in ax.texts} and "µm" in ax.get_ylabel()
 
     found = jr.diagnostics.waterfall(x, speed, RATE)
-    ax = plot.waterfall_map(found, highest=100.0).axes[0]
+    ax = plot.waterfall_map(found, highest=100.0)
     assert ax.get_xlim() == (0, 100) and ax.get_ylabel() == "speed, rpm"
     shown = np.asarray(ax.collections[0].get_array())
     assert shown.max() == 0.0 and shown.min() == -60.0  # dB of the highest
-    ax = plot.cascade(found, highest=100.0).axes[0]
+    ax = plot.cascade(found, highest=100.0)
     assert len(ax.lines) >= len(found.speed)
     no_ramp = found._replace(speed=np.full_like(found.speed, 100.0))
-    assert plot.waterfall_map(no_ramp).axes[0].get_ylabel() == "time, s"
+    assert plot.waterfall_map(no_ramp).get_ylabel() == "time, s"
 
     track = jr.diagnostics.order_tracking(x, phi, RATE, (1, 2))
-    top, bottom = plot.order_tracks(track).axes
+    top, bottom = plot.order_tracks(track)
     np.testing.assert_allclose(top.lines[0].get_ydata(), 10.0, rtol=1e-6)
     assert np.all(np.isnan(bottom.lines[1].get_ydata()))  # 2x is nothing: it has no phase
 
     one = jr.diagnostics.filtered_orbit(x, y, phi, RATE)
-    fig = plot.orbits({"all": jr.diagnostics.orbit(x, y, phi, RATE), "1×": one})
-    assert "forward, semi-axes 10 × 5 µm" in fig.axes[1].get_title(loc="left")
+    _, ax = plot.orbits({"all": jr.diagnostics.orbit(x, y, phi, RATE), "1×": one})
+    assert "forward, semi-axes 10 × 5 µm" in ax.get_title(loc="left")
     line = jr.diagnostics.shaft_centreline(x, y, phi, RATE)
-    ax = plot.centreline(line, clearance=1e-4).axes[0]
+    ax = plot.centreline(line, clearance=1e-4)
     assert "clearance 100 µm" in {a.get_label() for a in ax.lines}
     section = jr.diagnostics.poincare(x, y, phi, RATE)
-    ax = plot.poincare(section).axes[0]
+    ax = plot.poincare(section)
     np.testing.assert_allclose(ax.collections[0].get_offsets()[:, 0], 1e6 * section.x)
     assert "repeats each turn" in ax.get_title(loc="left")
 
@@ -466,7 +467,7 @@ def test_bifurcations_of_the_double_well():
             rates, (0, end), [0, 0], method="DOP853", rtol=1e-11, atol=1e-12, t_eval=marks
         )
         np.testing.assert_allclose(points, exact.y[0], atol=3e-5)
-    ax = plot.bifurcation(found, "x").axes[0]
+    ax = plot.bifurcation(found, "x")
     np.testing.assert_allclose(ax.lines[0].get_xdata()[:keep], 1.2 * 30 / np.pi)
     assert ax.get_xlabel() == "speed, rpm" and ax.get_ylabel() == "x once a turn, mm"
 
@@ -543,13 +544,13 @@ def test_a_study_draws_them(whirl):
         return Diagnosis(title="Look", kind=kind, station="disc", **more)
 
     for kind in KINDS:
-        fig = diagnosis(whirl, wanted(kind, start="0 s"))
+        fig = figure_of(diagnosis(whirl, wanted(kind, start="0 s")))
         titles = [ax.get_title(loc="left") for ax in fig.axes] + [fig.get_suptitle()]
         assert any("Look: `disc`" in title for title in titles)
     late = diagnosis(whirl, wanted("orbit", start="0.2 s"))
-    assert "`turns`: must fit" in late.axes[0].texts[0].get_text().replace("\n", " ")
+    assert "`turns`: must fit" in late.texts[0].get_text().replace("\n", " ")
     beyond = diagnosis(whirl, wanted("poincare", start="9 s"))
-    assert "`start`: must lie within the run" in beyond.axes[0].texts[0].get_text()
+    assert "`start`: must lie within the run" in beyond.texts[0].get_text()
 
 
 STUDY = """

@@ -69,7 +69,7 @@ Z = np.array([0.0, 0.25, 0.5, 0.7])
 def test_lateral_modes_are_drawn_as_they_are(machine, model, found):
     """Curves run through the stations with the stations' slopes, the band is that of the orbits."""
     mode = found["1 forward"]
-    ax = plot.mode_shapes(machine, model, "1 forward").axes[0]
+    ax = plot.mode_shapes(machine, model, "1 forward")[0]
     x, y, psi, theta = (column(model, mode, name, STATIONS) for name in ("x", "y", "psi", "theta"))
     for values, slopes, name in ((x, theta, "x"), (y, -psi, "y")):
         z, curve = drawn(ax, f"{name} at its largest")
@@ -100,7 +100,7 @@ def test_lateral_modes_are_drawn_as_they_are(machine, model, found):
 
 
 def test_titles_say_what_a_mode_is(machine, model, found):
-    ax = plot.mode_shapes(machine, model, [1]).axes[0]
+    ax = plot.mode_shapes(machine, model, [1])[0]
     mode = min(found.values(), key=lambda m: abs(m.eigenvalue))
     for words in (
         f"{mode.name}: {mode.frequency / 2 / np.pi:.4g} Hz at {SPEED * 30 / np.pi:.4g} rpm",
@@ -116,7 +116,7 @@ def test_titles_say_what_a_mode_is(machine, model, found):
 def test_torsional_and_axial_modes_show_their_own_coordinate(machine, model, found):
     """Straight between the stations, the largest 1."""
     for name, coordinate in (("torsional 1", "phi"), ("axial 1", "z")):
-        ax = plot.mode_shapes(machine, model, name).axes[0]
+        ax = plot.mode_shapes(machine, model, name)[0]
         values = column(model, found[name], coordinate, STATIONS)
         want = np.real(values * np.conj(values[np.argmax(np.abs(values))]))
         z, curve = drawn(ax, coordinate)
@@ -126,9 +126,9 @@ def test_torsional_and_axial_modes_show_their_own_coordinate(machine, model, fou
 
 
 def test_six_lowest_modes_by_default(machine, model, found):
-    fig = plot.mode_shapes(machine, model)
+    axes = plot.mode_shapes(machine, model)
     lowest = sorted(found.values(), key=lambda m: abs(m.eigenvalue))[:6]
-    titles = [ax.get_title(loc="left").split(":")[0] for ax in fig.axes]
+    titles = [ax.get_title(loc="left").split(":")[0] for ax in axes]
     assert titles == [mode.name for mode in lowest]
 
 
@@ -154,7 +154,7 @@ def test_a_mode_that_is_not_there_is_refused(machine, model, which, sentence):
 def test_orbits_in_space(machine, model, found):
     """An ellipse at each station, in the colour of its direction; its dot lies on the centre line."""
     for name, colour in (("1 forward", COLOURS[0]), ("1 backward", COLOURS[1])):
-        ax = plot.mode_shapes(machine, model, name, view="3d").axes[0]
+        ax = plot.mode_shapes(machine, model, name, view="3d")[0]
         x, y = (column(model, found[name], c, STATIONS) for c in "xy")
         orbits = [line for line in ax.lines if line.get_label().startswith("orbit")]
         (centre,) = (line for line in ax.lines if line.get_label() == "centre line")
@@ -176,7 +176,7 @@ def test_orbits_in_space(machine, model, found):
         disc = [line for line in orbits if line.get_data_3d()[0][0] == pytest.approx(0.7)]
         assert to_hex(disc[0].get_color()).upper() == colour
     for name in ("torsional 1", "axial 1"):
-        plot.mode_shapes(machine, model, name, view="3d").canvas.draw()
+        plot.mode_shapes(machine, model, name, view="3d")[0].figure.canvas.draw()
 
 
 def geared():
@@ -273,8 +273,7 @@ def receptance():
 
 
 def test_bode_of_unbalance(unbalance):
-    fig = plot.bode(unbalance, critical=[100.0, 101.0, 150.0, 1000.0], title="mine")
-    size, tilt, angle = fig.axes[:3]
+    size, tilt, angle = plot.bode(unbalance, critical=[100.0, 101.0, 150.0, 1000.0], title="mine")
     rpm = np.asarray(unbalance.frequencies) * 30 / np.pi
     for k, name in enumerate(("d.x", "d.y")):
         x, y = drawn(size, name)
@@ -298,8 +297,7 @@ def test_bode_of_unbalance(unbalance):
 
 
 def test_bode_of_a_frequency_response(receptance):
-    fig = plot.bode(receptance)
-    force, moment, angle = fig.axes
+    force, moment, angle = plot.bode(receptance)
     assert force.get_ylabel() == "receptance, m/N" and moment.get_ylabel() == "receptance, m/(N·m)"
     assert angle.get_xlabel() == "frequency, Hz"
     assert force.get_yscale() == angle.get_xscale() == "log"
@@ -324,7 +322,7 @@ def test_bode_of_a_frequency_response(receptance):
 def test_units_of_a_response(receptance, kind, given, words):
     w, values = receptance.frequencies, receptance.values[:, :, :1]
     one = jr.linear.FrequencyResponse(w, values, ("a.b",), ("d.y",), kind, (given,))
-    assert plot.bode(one).axes[0].get_ylabel() == words
+    assert plot.bode(one)[0].get_ylabel() == words
 
 
 def test_phase_without_jumps():
@@ -340,8 +338,7 @@ def test_phase_without_jumps():
 
 
 def test_polar(unbalance):
-    fig = plot.polar(unbalance)
-    first, second = fig.axes
+    first, second = plot.polar(unbalance)
     values = np.asarray(unbalance.values)
     line = first.get_lines()[0]
     lag, size = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
@@ -352,8 +349,8 @@ def test_polar(unbalance):
     assert line.get_label() == words
     assert "amplitude, µm" in first.get_title() and "amplitude, mrad" in second.get_title()
     assert first.get_yticklabels()[-1].get_text().endswith(" µm")
-    fig.canvas.draw()
-    for ax in fig.axes:
+    first.figure.canvas.draw()
+    for ax in (first, second):
         marks = [text for text in ax.texts if text.get_text()]
         assert f"{rpm:.4g} rpm" in [text.get_text() for text in marks] and len(marks) > 5
         boxes = [text.get_window_extent() for text in marks]
@@ -362,7 +359,7 @@ def test_polar(unbalance):
 
 
 def test_speeds_to_mark_on_a_polar_plot(unbalance):
-    (ax, _) = plot.polar(unbalance, mark=[95.0, 110.0]).axes
+    (ax, _) = plot.polar(unbalance, mark=[95.0, 110.0])
     at = np.asarray(unbalance.values)[[94, 109], 0]
     dots = [line for line in ax.get_lines() if line.get_marker() == "o"]
     drawn_at = [

@@ -15,9 +15,7 @@ def test_support_map():
     speeds[0, 1] = np.nan
     table = (np.array([10.0, 100.0]), np.array([1e6, 2e6]), np.array([3e6, 4e6]))
     actual = {"b1": (np.zeros(1), np.array([2e6]), np.array([2e6])), "b2": table}
-    ax = support_map(CriticalSpeedMap(stiffness, speeds, ("b1", "b2"), actual), (50.0, 80.0)).axes[
-        0
-    ]
+    ax = support_map(CriticalSpeedMap(stiffness, speeds, ("b1", "b2"), actual), (50.0, 80.0))
     drawn = {line.get_label(): line for line in ax.lines}
     np.testing.assert_allclose(drawn["1. forward"].get_ydata(), RPM * speeds[:, 0])
     np.testing.assert_allclose(drawn["b1: x and y"].get_xdata(), 2e6)
@@ -31,7 +29,7 @@ def test_interference_diagram():
         Interference("torsional 1", 1.0, 300.0, 0.5),
         Interference("torsional 1", 2.0, 150.0, 0.0),
     ]
-    ax = interference_diagram(modes, met, (140.0, 200.0)).axes[0]
+    ax = interference_diagram(modes, met, (140.0, 200.0))
     drawn = {line.get_label(): line for line in ax.lines}
     near, clear = drawn["within 10 % of operation"], drawn.get("clear")
     np.testing.assert_allclose(near.get_xdata(), [150.0 * RPM])

@@ -336,24 +336,44 @@ def test_twist_after_thousands_of_turns():
 
 
 def test_twist_of_geared_lines():
-    """Whole angles, which turn at different speeds."""
+    """As seen at the first station: `b` turns half as fast as `a`, against it. A line that turns as a whole
+    has none after a thousand turns, and a loop that is fed the twist asks for nothing; else it is what each
+    side has turned beyond its share, by hand."""
+    mesh = jr.GearMesh([0.05, 0.1], jr.elements.KelvinVoigt(1e7, 1e3))
+    feedback = jr.elements.TwistOf(0, 1, ratio=1 / mesh.ratio())
     machine = jr.Machine(
         {
             "end": jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
             "shaft": jr.Shaft(0.4, 0.02),
             "a": jr.Rotor(2.0, 0.02, 0.015),
-            "mesh": jr.GearMesh([0.05, 0.1], jr.elements.KelvinVoigt(1e7, 1e3)),
+            "mesh": mesh,
             "b": jr.Rotor(2.0, 0.02, 0.015),
+            "loop": jr.elements.ActiveTorque(jr.elements.PD(50.0, 0.4), feedback),
         },
-        {"shaft": ("end", "a"), "mesh": ("a", "b")},
+        {"shaft": ("end", "a"), "mesh": ("a", "b"), "loop": ("a", "b")},
     )
-    motion = np.random.default_rng(0).normal(size=(3, 6))
-    motion[0] = np.array([0, 0, 0, 0, 0, 100.0 * 0.3])
-    run = at_instants(machine, motion, 0 * motion, 0.3)
-    for first, second in (("a", "b"), ("end", "b"), ("end", "a")):
-        a, b = (np.asarray(run[name].position) for name in (first, second))
-        want = (b[:, 5] + b[:, 3] * b[:, 4] / 2) - (a[:, 5] + a[:, 3] * a[:, 4] / 2)  # of chi
-        np.testing.assert_allclose(q.Twist(first, second).signal(run), want, rtol=1e-12)
+    shares = {"end": 1.0, "a": 1.0, "b": -0.5}
+    order = machine.wiring.stations
+    rng = np.random.default_rng(0)
+    q, v = rng.normal(size=(2, 2, 3, 6))
+    t, at = np.array([0.3, 60.0]), {name: order.index(name) for name in shares}
+    for name, share in shares.items():
+        q[1, at[name]], v[1, at[name]] = 0.0, 0.0  # the second instant: turned as a whole
+        q[1, at[name], 5], v[1, at[name], 5] = share * 6000.0, share * 100.0
+    q[0, at["end"]], v[0, at["end"]] = 0.0, 0.0
+    q[0, at["end"], 5], v[0, at["end"], 5] = 30.0, 100.0
+    run = at_instants(machine, q, v, t)
+    chi = q[0, :, 5] + q[0, :, 3] * q[0, :, 4] / 2
+    for first, second in (("a", "b"), ("end", "b"), ("b", "a"), ("end", "a")):
+        ratio = shares[first] / shares[second]
+        want = ratio * chi[at[second]] - chi[at[first]]
+        np.testing.assert_allclose(
+            jr.sensors.Twist(first, second).signal(run), [want, 0.0], rtol=1e-12, atol=1e-15
+        )
+    rate = v[0, :, 5] + (q[0, :, 3] * v[0, :, 4] + v[0, :, 3] * q[0, :, 4]) / 2
+    (qa, qb), (va, vb) = ((x[at["a"]], x[at["b"]]) for x in (chi, rate))
+    want = -(50 * (qa + 2 * qb) + 0.4 * (va + 2 * vb))
+    np.testing.assert_allclose(run["loop"].torque, [want, 0.0], rtol=1e-12, atol=1e-9)
 
 
 @pytest.mark.parametrize("damping", ["fixed", "rotating"])

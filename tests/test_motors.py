@@ -300,6 +300,17 @@ def test_the_nameplate_gives_the_circuit_back(hp, starting):
     np.testing.assert_allclose(found.voltage.level, expected.voltage.level, rtol=1e-15)
 
 
+def test_a_motor_from_its_nameplate_is_switched_on():
+    """No voltage before, the line's rms times sqrt(2/3) from then on; a solver steps on the instant."""
+    motor = jr.InductionMotor.from_nameplate(**nameplate(3), switch_on=0.2)
+    peak = nameplate(3)["line_voltage"] * np.sqrt(2 / 3)
+    values = [float(motor.voltage.value(t)) for t in (0.0, 0.1999, 0.2, 1.0)]
+    np.testing.assert_allclose(values, [0.0, 0.0, peak, peak], rtol=1e-15)
+    assert motor.times().tolist() == [0.2]
+    machine = jr.Machine({"rotor": jr.Rotor(1.0, 0.1, 0.1), "motor": motor}, {"motor": "rotor"})
+    assert float(machine.parameters()["motor.voltage.time"]) == 0.2
+
+
 def test_what_the_circuit_misses_is_told():
     data = nameplate(500) | dict(starting_torque_ratio=2.0)
     with pytest.warns(UserWarning, match=r"misses the nameplate by .*starting torque -\d+ %"):
@@ -315,6 +326,8 @@ def test_what_the_circuit_misses_is_told():
         (dict(breakdown_torque_ratio=0.9), "breakdown_torque_ratio must be more than 1"),
         (dict(speed=1710.0), "speed must be a little below a synchronous one, 376.991 rad/s"),
         (dict(speed=130.0), "speed must be a little below a synchronous one, 188.496 rad/s"),
+        (dict(switch_on=np.nan), "switch_on must be finite, but is nan s"),
+        (dict(switch_on="0.2 s"), "switch_on must be a number in s, but is '0.2 s'"),
     ],
 )
 def test_wrong_nameplates_are_refused(change, words):

@@ -193,3 +193,37 @@ def test_a_body_that_tips_over_theta_says_so():
     with pytest.warns(UserWarning, match=reached), pytest.warns(UserWarning, match="own estimate"):
         assert attitude_error(0.5, 0.01) > 1e-3
     assert attitude_error(5.0, 0.1) < 1e-5  # 0.39 rad off: no word
+
+
+# From dimensions
+
+
+def test_a_rotor_from_its_dimensions():
+    """The disc of ROSS's documentation (`DiskElement.from_geometry`): 280 x 50 x 70 mm, 7810 kg/m³; and the
+    figures' derivatives by the diameter of a solid one, rho pi L (D/2, D³/8, D³/16 + L² D/24)."""
+    disc = jr.Rotor.from_dimensions(0.28, 0.07, 7810.0, bore=0.05, ends=(0.035, 0.035))
+    figures = [float(x) for x in (disc.mass, disc.polar_inertia, disc.transverse_inertia)]
+    np.testing.assert_allclose(figures, [32.589727653, 0.32956362, 0.17808928], rtol=3e-8)
+    assert disc.ends.tolist() == [0.035, 0.035]
+
+    def solid(d):
+        rotor = jr.Rotor.from_dimensions(d, 0.4, jr.STEEL, unbalance=jr.Unbalance(1e-5))
+        return jnp.stack([rotor.mass, rotor.polar_inertia, rotor.transverse_inertia])
+
+    D, L = 0.3, 0.4
+    want = 7850 * np.pi * L * np.array([D / 2, D**3 / 8, D**3 / 16 + L**2 * D / 24])
+    for derivative in (jax.jacfwd, jax.jacrev):
+        np.testing.assert_allclose(derivative(solid)(D), want, rtol=1e-14)
+    np.testing.assert_allclose(jax.vmap(solid)(jnp.array([D, 0.1]))[0], solid(D), rtol=1e-14)
+
+
+def test_a_weighed_mass_that_is_not_that_of_the_dimensions_is_told():
+    """A disc of 0.3 x 0.05 m of 7850 kg/m³ has 27.744 kg."""
+    with pytest.warns(UserWarning, match=r"mass, 25 kg, is off by -10 % from the 27\.7442 kg"):
+        light = jr.Rotor.from_dimensions(0.3, 0.05, jr.STEEL, mass=25.0)
+    np.testing.assert_allclose(
+        [light.mass, light.polar_inertia, light.transverse_inertia],
+        [25.0, 25 * 0.09 / 8, 25 * (0.09 / 16 + 0.0025 / 12)],
+        rtol=1e-15,
+    )
+    jr.Rotor.from_dimensions(0.3, 0.05, jr.STEEL, mass=27.0)  # 2.7 %: warnings are errors here

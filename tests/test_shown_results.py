@@ -9,8 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import xarray
 
 import jaxrotor as jr
+from jaxrotor.simulation import export
 
 RPM = np.pi / 30
 
@@ -241,3 +243,45 @@ def test_a_table_that_cannot_be_written_leaves_the_old_one(run, tmp_path):
         with pytest.raises(jr.InputError, match="names must be a name or a list of names"):
             run.to_csv(path, wrong)
     assert path.read_text() == "kept" and [p.name for p in tmp_path.iterdir()] == ["kept.csv"]
+
+
+def test_a_run_as_a_dataset_whose_names_are_attributes(run, tmp_path):
+    """Each quantity behind a dot, with its unit, and again from the file."""
+    data = run.to_xarray()
+    own = [f"disc_{q}" for q in ("x", "y", "z", "psi", "theta", "phi", "speed")]
+    own += [name.replace("disc", "motor") for name in own]
+    own += ["shaft_torque", "shaft_forces", "push_forces"]
+    whole = ["position", "velocity", "acceleration", "reaction", "speed", "mass_centre"]
+    assert list(data.data_vars) == [*whole, *own] and all(name.isidentifier() for name in own)
+    assert data.disc_x.attrs == dict(long_name="disc: x", units="m", element="disc", quantity="x")
+    assert (data.shaft_torque.units, data.disc_psi.units) == ("N*m", "rad")
+    run.save(tmp_path / "run.nc")
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as read:
+        xarray.testing.assert_identical(read.load()[own], data[own])
+        np.testing.assert_array_equal(read.disc_x, np.asarray(run.y[:, 0]))
+        np.testing.assert_array_equal(read.disc_theta, read.position.sel(station="disc")[:, 4])
+        np.testing.assert_array_equal(read.shaft_torque, run["shaft"].torque)
+    # what is measured elsewhere may be read from such a file
+    (tmp_path / "run.toml").write_text("""
+file = "run.nc"
+time = { column = "time" }
+channels = { torque = { column = "shaft_torque" } }
+""")
+    assert jr.read_record(tmp_path / "run.toml")["torque"].unit == "N*m"
+
+
+@pytest.mark.parametrize(
+    "part, quantity, taken, name",
+    [
+        ("shaft 2", "torque", (), "shaft_2_torque"),
+        ("2. disc", "x", (), "part_2__disc_x"),
+        ("größe", "x", (), "größe_x"),
+        ("\ufb01n", "x", (), "fin_x"),  # Python reads this letter as f and i behind a dot too
+        ("a b", "x", ("a_b_x",), "a_b_x_2"),
+        ("a.b", "x", ("a_b_x", "a_b_x_2"), "a_b_x_3"),
+        ("to", "netcdf", (), "to_netcdf_2"),  # the dataset's own
+    ],
+)
+def test_any_name_becomes_an_attribute_of_its_own(part, quantity, taken, name):
+    found = export._variable(part, quantity, taken)
+    assert found == name and found.isidentifier()

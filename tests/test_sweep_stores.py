@@ -188,7 +188,7 @@ def test_stopped_looked_at_resumed_and_complete(tmp_path, monkeypatch, whole):
         # read while it grows, and drawn
         looked = xr.open_zarr(path, consolidated=False, chunks=None)
         assert looked["ring"].attrs["units"] == "N*m"
-        ax = percentile_bands(looked, "x").axes[0]
+        ax = percentile_bands(looked, "x")
         np.testing.assert_allclose(
             ax.lines[0].get_ydata() / ax.lines[0].get_ydata()[5],
             np.median(looked["x"].values[: 2 * (number + 1)], axis=0)

@@ -222,12 +222,10 @@ def test_refused(linear, bent, measured):
 
 
 def test_figures(linear):
-    from jaxrotor.plot.identification import posteriors, profile_curves
-
-    picture = profile_curves(linear, jr.identification.likelihood_profiles(linear))
-    assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
+    picture = linear.plot.profiles(jr.identification.likelihood_profiles(linear))
+    assert [ax.get_xlabel() for ax in picture] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
     drawn = jr.identification.posterior(linear, 50, warmup=20)
     with pytest.raises(jr.InputError, match="level must be between 0 and 1"):
         drawn.intervals(95)
-    picture = posteriors(linear, drawn)
-    assert [ax.get_xlabel() for ax in picture.axes] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
+    picture = linear.plot.posteriors(drawn)
+    assert [ax.get_xlabel() for ax in picture] == ["gravity[2], m/s^2", "a.bias, m/s^2"]

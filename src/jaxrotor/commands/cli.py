@@ -126,6 +126,7 @@ def _show(given: argparse.Namespace) -> int:
 
     from ..core.files import written_whole
     from ..plot.machine import draw_machine
+    from ..plot.style import figure_of
 
     study = _load(given.study, run=False)
     target = given.out or Path(f"{study.name}.png")
@@ -135,7 +136,7 @@ def _show(given: argparse.Namespace) -> int:
             f"`{target}`: must end in the name of a picture format, but ends in "
             f'"{target.suffix}": name it {target.stem}.png, .svg or .pdf'
         )
-    figure = draw_machine(study.machine)
+    figure = figure_of(draw_machine(study.machine))
     with written_whole(target) as part:
         figure.savefig(part, dpi=150, bbox_inches="tight", format=target.suffix[1:])
     print(target)

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from ..core.errors import InputError
 from ..core.files import check_folder, folder_written_whole, save_json
 from ..objectives.criterion import Constraint
@@ -64,7 +62,7 @@ def run_optimize(study: Study, out: Path | None, quiet: bool, force: bool) -> in
     return 0
 
 
-def _figures(found: Optimum, constraints: Sequence[Constraint]) -> dict[str, Figure]:
+def _figures(found: Optimum, constraints: Sequence[Constraint]) -> dict[str, Any]:
     from ..plot.design import before_after, peaks_before_after, search_history
 
     figures = {"history": search_history(found)}

@@ -6,25 +6,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from .. import plot
 from ..core.files import written_whole
 from ..core.protocol import AbstractConnector
 from ..machine.machine import Machine
 from ..plot import select
-from ..plot.style import close
+from ..plot.style import close, figure_of
 from ..simulation.export import versions
 from ..simulation.response import Response
 from ..study.diagnosis import Diagnosis
-from ..study.quantities import read_quantity, split
 from .diagnostic_figures import diagnosis
 
 # Below this a third of the run is too short for a spectrum.
 _SPECTRUM_SAMPLES = 128
 
 
-def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Figure]]:
+def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Any]]:
     """name -> what draws it, for all that this machine has something to show of, and for what the
     study asks for. Its `report` says which station comes first, and which figures are wanted."""
     machine = response.machine
@@ -36,7 +34,7 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
     drive = select.drive(machine)
     bearings = select.with_signal(machine, "bearing_force")
     shafts = select.with_signal(machine, "torque", AbstractConnector)
-    plans: list[tuple[str, str, Callable[[], Figure]]] = [
+    plans: list[tuple[str, str, Callable[[], Any]]] = [
         ("machine", "machine", lambda: plot.draw_machine(machine)),
         ("spin", f"spin_{rotors[0]}", lambda: plot.spin(response, rotors[0])),
     ]
@@ -63,10 +61,16 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
             )
     if drive is not None:
         plans.append(
-            ("differences", "speed_differences", lambda: plot.differences(response, rotors, drive))
+            (
+                "differences",
+                "speed_differences",
+                lambda: plot.speed_differences(response, rotors, drive),
+            )
         )
         if len(response.t) >= _SPECTRUM_SAMPLES:
-            plans.append(("spectrum", "spectrum", lambda: plot.spectrum(response, rotors, drive)))
+            plans.append(
+                ("spectrum", "spectrum", lambda: plot.speed_spectrum(response, rotors, drive))
+            )
     if bearings:
         plans.append(
             ("bearing_forces", "bearing_forces", lambda: plot.bearing_forces(response, bearings))
@@ -85,17 +89,9 @@ def figures(response: Response, study: Any = None) -> dict[str, Callable[[], Fig
     return found
 
 
-def _chart(response: Response, wanted: Any) -> Figure:
+def _chart(response: Response, wanted: Any) -> Any:
     """A figure that a study asks for."""
-
-    def curve(path: str) -> plot.Curve:
-        values, unit = read_quantity(response, path)
-        part, quantity = split(path)
-        name = f"`{part}` {quantity.replace('_', ' ')}" if part else "time"
-        return plot.Curve(name, values, unit)
-
-    curves = [curve(path) for path in wanted.y]
-    return plot.chart(curve(wanted.x), curves, wanted.title, wanted.units)
+    return plot.over_time(response, wanted.y, wanted.x, wanted.units, wanted.title)
 
 
 def write_report(
@@ -113,7 +109,7 @@ def write_report(
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, drawn in figures(response, study).items() if draw else ():
-        fig = drawn()
+        fig = figure_of(drawn())
         with written_whole(folder / f"{name}.png") as part:
             fig.savefig(part, dpi=150, format="png")
         close([fig])

@@ -15,7 +15,7 @@ from .sweep_summary import flat_of, weights_of
 def figures_of(study: Study, found: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Name and figure, closed once it is taken."""
     from .. import plot
-    from ..plot.style import close
+    from ..plot.style import close, figure_of
 
     asked = study.sweep
     limits, axes = asked.limits, list(asked.cases.axes)
@@ -46,6 +46,6 @@ def figures_of(study: Study, found: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         else:
             drawn.append((name, lambda n=name: plot.percentile_bands(own, n, limits.get(n))))
     for name, draw in drawn:
-        fig = draw()
+        fig = figure_of(draw())
         yield name, fig
         close([fig])

@@ -31,7 +31,7 @@ def enable_cache(folder: str | Path | None = None, limit: float = _LIMIT) -> Pat
     """
     import jax
 
-    known = jax.config.read("jax_compilation_cache_dir")
+    known = jax_setting("jax_compilation_cache_dir")
     if known and folder is None:
         return Path(known)
     place = Path(folder) if folder is not None else _default_folder()
@@ -51,6 +51,13 @@ def enable_cache(folder: str | Path | None = None, limit: float = _LIMIT) -> Pat
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
     jax.config.update("jax_compilation_cache_dir", str(place))
     return place
+
+
+def jax_setting(name: str) -> Any:
+    """Of `jax.config`, whose attributes no type checker knows."""
+    import jax
+
+    return getattr(jax.config, name)
 
 
 def enable_for_commands() -> None:
@@ -95,11 +102,9 @@ def _clean(place: Path) -> None:
 
 def cache_in_use() -> dict[str, Any]:
     """Folder, bytes that it holds, and limit; empty where there is none."""
-    import jax
-
-    known = jax.config.read("jax_compilation_cache_dir")
+    known = jax_setting("jax_compilation_cache_dir")
     if not known:
         return {}
     held = sum(x.stat().st_size for x in Path(known).glob("*-cache"))
-    limit = jax.config.read("jax_compilation_cache_max_size")
+    limit = jax_setting("jax_compilation_cache_max_size")
     return {"folder": known, "bytes": held, "limit": None if limit < 0 else limit}

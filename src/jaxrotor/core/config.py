@@ -4,7 +4,7 @@ import os
 import platform
 from typing import Any
 
-from .cache import cache_in_use
+from .cache import cache_in_use, jax_setting
 from .version import installed_version
 
 
@@ -18,7 +18,7 @@ def show_config() -> dict[str, Any]:
     if cache:
         limit = "no limit" if cache["limit"] is None else f"of {cache['limit'] / 2**20:.0f} MiB"
         words = f"{cache['folder']}, {cache['bytes'] / 2**20:.1f} MiB {limit}"
-    x64 = bool(jax.config.read("jax_enable_x64"))
+    x64 = bool(jax_setting("jax_enable_x64"))
     found = {
         "jaxrotor": installed_version(),
         "JAX": jax.__version__,

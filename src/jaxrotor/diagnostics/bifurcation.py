@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.arguments import number, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -45,6 +46,8 @@ class Bifurcation(NamedTuple):
     failure: np.ndarray
     unit: str
     path_unit: str
+
+    plot = plot_door()
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> np.ndarray:
         """(n,): after how many turns each motion repeats, to `tolerance` of its `size`; 0 where not within

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.gate import takes
 from ..core.result_text import shows
 from .orders import blocks_of
@@ -20,6 +21,8 @@ class Centreline(NamedTuple):
     y: np.ndarray
     speed: np.ndarray
     time: np.ndarray
+
+    plot = plot_door()
 
 
 @takes(sample_rate=positive("Hz"), turns=whole(1))

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -76,6 +77,8 @@ class Orbit(NamedTuple):
     speed: float
     orders: np.ndarray
     amplitude: np.ndarray
+
+    plot = plot_door()
 
     @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -35,6 +36,8 @@ class OrderTrack(NamedTuple):
     mean: np.ndarray
     speed: np.ndarray
     time: np.ndarray
+
+    plot = plot_door()
 
     @property
     def magnitude(self) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -22,6 +23,8 @@ class PoincareSection(NamedTuple):
     v: np.ndarray
     time: np.ndarray
     size: np.ndarray
+
+    plot = plot_door()
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> int:
         """After how many turns the points repeat, to `tolerance` of the signals' `size`; 0 where

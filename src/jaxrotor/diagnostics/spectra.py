@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import positive
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -23,6 +24,8 @@ class FullSpectrum(NamedTuple):
 
     frequency: np.ndarray
     amplitude: np.ndarray
+
+    plot = plot_door()
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
         """Frequency (Hz) and amplitude of the highest line from `low` to `high`. Raises `InputError`

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -28,6 +29,8 @@ class Waterfall(NamedTuple):
     speed: np.ndarray
     time: np.ndarray
     amplitude: np.ndarray
+
+    plot = plot_door()
 
     @property
     def full(self) -> bool:

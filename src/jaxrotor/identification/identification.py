@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.files import save_json
 from ..machine.machine import Machine
@@ -54,6 +55,8 @@ class Identification:
     units: tuple[str, ...]
     problem: Problem
     interrupted: bool = False
+
+    plot = plot_door()
 
     @property
     def paths(self) -> tuple[str, ...]:

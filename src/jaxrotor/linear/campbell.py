@@ -9,6 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from tqdm import tqdm
 
 from ..core.arguments import number, numbers, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import HERTZ, shows
@@ -35,6 +36,8 @@ class Campbell(eqx.Module):
     whirl: np.ndarray
     names: tuple[str, ...] = eqx.field(static=True)
     kinds: tuple[str, ...] = eqx.field(static=True)
+
+    plot = plot_door()
 
     @property
     def frequencies(self) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import number
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
@@ -55,6 +56,8 @@ class LinearModel(eqx.Module):
     spins: Float[Array, " n"]
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+
+    plot = plot_door()
 
     @cached_property
     def _system(self) -> tuple[Array, Array, Array, Array]:

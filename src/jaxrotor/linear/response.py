@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import names, number, numbers
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
@@ -40,6 +41,8 @@ class FrequencyResponse(eqx.Module):
     inputs: tuple[str, ...] = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
+
+    plot = plot_door()
 
     @property
     def magnitude(self) -> Float[Array, "..."]:

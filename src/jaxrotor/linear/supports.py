@@ -9,6 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.arguments import names, numbers, whole
+from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -32,6 +33,8 @@ class CriticalSpeedMap(eqx.Module):
     speeds: np.ndarray
     supports: tuple[str, ...] = eqx.field(static=True)
     actual: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+    plot = plot_door()
 
 
 @takes(stiffness=numbers("N/m", above=0.0), supports=names, count=whole(1))

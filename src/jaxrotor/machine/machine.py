@@ -8,7 +8,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..core.arguments import mapping, names, text
-from ..core.doors import through
+from ..core.doors import plot_door, through
 from ..core.errors import InputError, refuse
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
@@ -143,6 +143,8 @@ class Machine(Part):
         if name in self.wiring.connectors:
             return self.connectors[self.wiring.connectors.index(name)]
         raise InputError(unknown("element", name, self.wiring.order))
+
+    plot = plot_door()
 
     def __repr__(self) -> str:
         return machine_text(self)

@@ -74,6 +74,16 @@ class System(eqx.Module):
         zero = jnp.zeros_like(t)
         return zero, zero, zero
 
+    def turns(self) -> Float[Array, " n"]:
+        """How many times as fast as the reference each station turns where nothing twists, in the order of
+        the machine; negative against it."""
+        internal = np.array(self.layout.internal)
+        if self.turn is None:
+            return jnp.ones(internal.size)
+        # driven ends stand behind all nodes
+        behind = self.layout.n_nodes - self.layout.n_mass
+        return self.turn[np.where(internal >= self.layout.n_mass, internal + behind, internal)]
+
     @property
     def lead(self) -> int | None:
         """The given motion of a phi that the spin is measured from, where there is no driven end."""

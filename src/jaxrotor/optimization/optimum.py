@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from ..core.doors import plot_door
 from ..core.files import save_json
 from ..core.result_text import shows
 from ..machine.machine import Machine
@@ -66,6 +67,8 @@ class Optimum:
     found: Found = dataclasses.field(repr=False)
     scales: tuple[float, ...] = dataclasses.field(repr=False)
     interrupted: bool = False
+
+    plot = plot_door()
 
     def sensitivities(self, paths: Sequence[str] | None = None) -> dict[str, np.ndarray]:
         """How the best objective changes with each parameter of the machine that was not designed (per SI

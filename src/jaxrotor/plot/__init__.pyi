@@ -29,6 +29,7 @@ from .orbits import (
     poincare as poincare,
 )
 from .paths import distances as distances, trajectories as trajectories
+from .quantities import over_time as over_time, spectrum as spectrum
 from .response import bode as bode, polar as polar
 from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars
 from .shapes import mode_shapes as mode_shapes
@@ -39,4 +40,8 @@ from .sweep import (
     grid_over as grid_over,
     percentile_bands as percentile_bands,
 )
-from .torsion import differences as differences, spectrum as spectrum, torques as torques
+from .torsion import (
+    speed_differences as speed_differences,
+    speed_spectrum as speed_spectrum,
+    torques as torques,
+)

@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..core.units import factor
-from .style import COLOURS, GREY, envelope, figure, label, legend
+from .style import COLOURS, GREY, Given, envelope, figure, label, legend
 
 # What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).
 _KINDS = {
@@ -33,7 +32,13 @@ class Curve(NamedTuple):
     unit: str
 
 
-def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = ()) -> Figure:
+def chart(
+    x: Curve,
+    curves: Sequence[Curve],
+    title: str,
+    units: Sequence[str] = (),
+    ax: Given | None = None,
+) -> np.ndarray:
     """Panels above each other, one for each unit, over the same `x`.
 
     `units` are those to draw in, where they fit. A curve that oscillates too densely for a line is
@@ -43,26 +48,26 @@ def chart(x: Curve, curves: Sequence[Curve], title: str, units: Sequence[str] = 
     for curve in curves:
         panels.setdefault(curve.unit, []).append(curve)
     rows = len(panels)
-    fig, axes = figure(rows, 1, (9.0, 1.4 + 2.9 * rows), sharex=True)
+    _, axes = figure(rows, 1, (9.0, 1.4 + 2.9 * rows), ax, sharex=True)
     scale, shown = _scale([x], units)
     along = scale * x.values
     over_time = bool(np.all(np.diff(along) > 0))
     order = slice(None) if over_time else np.argsort(along, kind="stable")
-    for ax, (unit, members) in zip(axes[:, 0], panels.items()):
+    for panel, (unit, members) in zip(axes[:, 0], panels.items()):
         size, words = _scale(members, units)
         for i, curve in enumerate(members):
-            _draw(ax, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
-        low, high = ax.get_ylim()
+            _draw(panel, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
+        low, high = panel.get_ylim()
         if low < 0 < high:
-            ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+            panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
         what = _KINDS.get(unit, ("", ()))[0]
-        label(ax, "", ", ".join(w for w in (what, words) if w))
+        label(panel, "", ", ".join(w for w in (what, words) if w))
         # beside the panel: nowhere inside is sure to be free
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[0, 0].set_title(title, fontsize=11, loc="left")
     axes[-1, 0].set_xlabel(f"{x.name}, {shown}")
     axes[-1, 0].set_xlim(float(along.min()), float(along.max()) or None)
-    return fig
+    return axes[:, 0]
 
 
 def _scale(curves: Sequence[Curve], units: Sequence[str]) -> tuple[float, str]:

@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..linear.norms import response_peaks
 from ..linear.transfer import level, transfer
@@ -22,7 +21,7 @@ from ..optimization.problem import in_parts
 from ..simulation.response import Response
 from .chart import Curve, _draw, _scale
 from .lines import _PREFIXED
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, asked_panels, figure, label, legend
 
 # Numbers that span more than this factor have a logarithmic axis; of a search, where a few go astray.
 _WIDE, _ASTRAY = 20.0, 5.0
@@ -34,26 +33,28 @@ _BEFORE, _AFTER = COLOURS[1], COLOURS[0]
 _POINTS = 1200
 
 
-def search_history(found: Optimum) -> Figure:
+def search_history(found: Optimum, ax: Given | None = None) -> np.ndarray:
     """The objective of every evaluation, the best so far that keeps the bounds, and, where any was missed on
     the way, by how much, as part of its limit; of several searches one after the other."""
     sizes = found.problem.sizes()
     steps = [step for search in found.history for step in search]
     values, missed = np.array([_told(step.vector, found, sizes) for step in steps]).T
-    rows = 1 + bool(np.nanmax(missed, initial=0.0) > 0)
-    fig, axes = figure(rows, 1, (8.5, 1.2 + 2.9 * rows), sharex=True)
-    ax, at = axes[0, 0], np.arange(1, len(steps) + 1)
+    rows = min(asked_panels(ax, 1 + bool(np.nanmax(missed, initial=0.0) > 0)), 2)
+    _, axes = figure(rows, 1, (8.5, 1.2 + 2.9 * rows), ax, sharex=True)
+    panel, at = axes[0, 0], np.arange(1, len(steps) + 1)
     sound = np.isfinite(values)
     kept = np.where(sound & (missed <= _MET), values, np.inf)
     best = np.minimum.accumulate(kept)
-    ax.plot(at[sound], values[sound], "o", color=GREY, markersize=3, label="evaluated")
+    panel.plot(at[sound], values[sound], "o", color=GREY, markersize=3, label="evaluated")
     name = "best so far" + (" within bounds" if found.constraints else "")
     reached = np.isfinite(best)
-    ax.plot(at[reached], best[reached], color=_AFTER, drawstyle="steps-post", label=name)
-    ax.axhline(found.objective_before, color=_BEFORE, linewidth=0.9, linestyle="--", label="before")
-    _wide(ax, values[sound], _ASTRAY)
+    panel.plot(at[reached], best[reached], color=_AFTER, drawstyle="steps-post", label=name)
+    panel.axhline(
+        found.objective_before, color=_BEFORE, linewidth=0.9, linestyle="--", label="before"
+    )
+    _wide(panel, values[sound], _ASTRAY)
     unit = f", {_shown(found.unit)}" if found.unit else ""
-    label(ax, "", f"objective{unit}", found.name)
+    label(panel, "", f"objective{unit}", found.name)
     if rows > 1:
         below = axes[1, 0]
         shown = np.maximum(missed, 0.0)[sound]
@@ -64,10 +65,10 @@ def search_history(found: Optimum) -> Figure:
     for start in np.cumsum([len(search) for search in found.history])[:-1]:
         for one in axes[:, 0]:
             one.axvline(start + 0.5, color="black", linewidth=0.8, linestyle=":")
-    legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("evaluation")
     axes[-1, 0].xaxis.get_major_locator().set_params(integer=True)
-    return fig
+    return axes[:, 0]
 
 
 def _told(vector: np.ndarray, found: Optimum, sizes: list[int]) -> tuple[float, float]:
@@ -90,7 +91,8 @@ def before_after(
     before: Response,
     after: Response,
     constraints: Sequence[Constraint] = (),
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """What each judged sensor sees of the run before and after the design, a panel for each sensor. Dashed:
     limits of its peak; grey: time that no measure looks at."""
     groups: list[list[AbstractSignalMeasure]] = []
@@ -101,8 +103,8 @@ def before_after(
         else:
             own.append(measure)
     rows, t = len(groups), np.asarray(before.t)
-    fig, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), sharex=True)
-    for ax, group in zip(axes[:, 0], groups):
+    _, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), ax, sharex=True)
+    for panel, group in zip(axes[:, 0], groups):
         sensor = group[0].sensor
         curves = [
             Curve(name, np.asarray(sensor.signal(run)), sensor.unit)
@@ -110,20 +112,20 @@ def before_after(
         ]
         size, words = _scale(curves, ())
         for curve, colour in zip(curves, (_BEFORE, _AFTER)):
-            _draw(ax, t, size * curve.values, slice(None), colour, curve.name)
+            _draw(panel, t, size * curve.values, slice(None), colour, curve.name)
         for limit in _limits(group, constraints):
             for side in (-limit, limit):
-                ax.axhline(size * side, color="black", linewidth=0.9, linestyle="--")
+                panel.axhline(size * side, color="black", linewidth=0.9, linestyle="--")
         first = min(0.0 if m.start is None else float(m.start) for m in group)
         last = max(t[-1] if m.stop is None else float(m.stop) for m in group)
         for a, b in ((t[0], first), (last, t[-1])):
             if b > a:
-                ax.axvspan(a, b, color=GREY, alpha=0.15, linewidth=0)
-        label(ax, "", words, described(sensor))
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+                panel.axvspan(a, b, color=GREY, alpha=0.15, linewidth=0)
+        label(panel, "", words, described(sensor))
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("time, s")
     axes[-1, 0].set_xlim(float(t[0]), float(t[-1]))
-    return fig
+    return axes[:, 0]
 
 
 def _limits(measures: Sequence[Any], constraints: Sequence[Constraint]) -> list[float]:
@@ -143,13 +145,14 @@ def peaks_before_after(
     before: Machine,
     after: Machine,
     constraints: Sequence[Constraint] = (),
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """|output per input| over frequency before and after the design, with the peaks that are judged; a panel
     for each. Dashed: limits."""
     different = list({_words(m): m for m in measures}.values())
     rows = len(different)
-    fig, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows))
-    for ax, measure in zip(axes[:, 0], different):
+    _, axes = figure(rows, 1, (9.5, 1.2 + 2.9 * rows), ax)
+    for panel, measure in zip(axes[:, 0], different):
         w = np.linspace(measure.start, measure.stop, _POINTS)
         drawn = []
         for machine in (before, after):
@@ -165,19 +168,19 @@ def peaks_before_after(
         for name, colour, (along, sizes, where, heights) in zip(
             ("before", "after"), (_BEFORE, _AFTER), drawn
         ):
-            ax.plot(along / (2 * np.pi), size * sizes, color=colour, linewidth=1.4, label=name)
-            ax.plot(where / (2 * np.pi), size * heights, "o", color=colour, markersize=4)
+            panel.plot(along / (2 * np.pi), size * sizes, color=colour, linewidth=1.4, label=name)
+            panel.plot(where / (2 * np.pi), size * heights, "o", color=colour, markersize=4)
         same = [m for m in measures if _words(m) == _words(measure)]
         for limit in _limits(same, constraints):
-            ax.axhline(size * limit, color="black", linewidth=0.9, linestyle="--", label="limit")
+            panel.axhline(size * limit, color="black", linewidth=0.9, linestyle="--", label="limit")
         everything = np.concatenate([size * sizes for _, sizes, *_ in drawn])
-        _wide(ax, everything[everything > 1e-9 * everything.max()])
-        if ax.get_yscale() == "linear":
-            ax.set_ylim(0.0, None)
-        ax.set_xlim(measure.start / (2 * np.pi), measure.stop / (2 * np.pi))
-        label(ax, "frequency, Hz", unit or "magnitude", f"{measure.output} per {measure.input}")
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+        _wide(panel, everything[everything > 1e-9 * everything.max()])
+        if panel.get_yscale() == "linear":
+            panel.set_ylim(0.0, None)
+        panel.set_xlim(measure.start / (2 * np.pi), measure.stop / (2 * np.pi))
+        label(panel, "frequency, Hz", unit or "magnitude", f"{measure.output} per {measure.input}")
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return axes[:, 0]
 
 
 def _words(measure: ResponsePeaks) -> tuple:

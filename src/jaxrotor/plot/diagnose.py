@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..diagnostics.orders import OrderTrack
 from ..diagnostics.spectra import FullSpectrum
 from ..diagnostics.waterfall import Waterfall
 from .labels import number, readable
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 _HERTZ, _RPM = 1 / (2 * np.pi), 30 / np.pi
 _ORDERS = (0.5, 1.0, 2.0)
@@ -32,33 +31,34 @@ def full_spectrum(
     unit: str = "m",
     highest: float | None = None,
     title: str = "Full spectrum",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Amplitudes of backward (left) and forward whirl (right), the other way round where the `speed`
     (rad/s) is negative; with it, dotted lines at so many times it, those of forward whirl positive.
     `highest`: Hz, where the axis ends; by default a little beyond the orders."""
-    fig, axes = figure(1, 1, (9.5, 4.6))
-    ax = axes[0, 0]
+    _, axes = figure(1, 1, (9.5, 4.6), ax)
+    panel = axes[0, 0]
     size, words = readable(unit, found.amplitude)
-    ax.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
+    panel.plot(found.frequency, size * found.amplitude, color=COLOURS[0], linewidth=1.1)
     end = float(np.abs(found.frequency).max())
     turns = 0.0 if speed is None else abs(float(speed)) * _HERTZ
     if highest is None and turns and orders:
         highest = 1.6 * max(orders) * turns
     end = end if highest is None else min(end, float(highest))
-    ax.set_xlim(-end, end)
+    panel.set_xlim(-end, end)
     shown = np.abs(found.frequency) <= end
-    ax.set_ylim(0, 1.12 * size * float(found.amplitude[shown].max()) or 1.0)
-    ax.axvline(0.0, color=GREY, linewidth=0.8)
+    panel.set_ylim(0, 1.12 * size * float(found.amplitude[shown].max()) or 1.0)
+    panel.axvline(0.0, color=GREY, linewidth=0.8)
     for order in orders if turns else ():
         for sign in (-1, 1):
             at = sign * order * turns
             if abs(at) < end:
                 against = sign * (1.0 if speed is None else float(speed)) < 0
-                _marker(ax, at, f"{'−' if against else ''}{order:g}×")
-    label(ax, _sides(speed), f"amplitude, {words}")
+                _marker(panel, at, f"{'−' if against else ''}{order:g}×")
+    label(panel, _sides(speed), f"amplitude, {words}")
     told = "" if speed is None else f", at {number(abs(speed) * _RPM)} rpm"
-    ax.set_title(title + told, fontsize=10, loc="left", pad=16)
-    return fig
+    panel.set_title(title + told, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def _marker(ax: Axes, x: float, words: str) -> None:
@@ -76,32 +76,33 @@ def waterfall_map(
     highest: float | None = None,
     decibel: bool = True,
     title: str = "Waterfall",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Amplitude by colour over frequency and speed; over time where the speed does not rise or fall
     throughout. In dB the 60 below the highest are told apart. `highest`: Hz, where the axis ends."""
     keep, low, high = _frequencies(found, highest)
     along, axis = _along(found)
     values = found.amplitude[:, keep]
-    fig, axes = figure(1, 1, (9.5, 6.0))
-    ax = axes[0, 0]
+    fig, axes = figure(1, 1, (9.5, 6.0), ax)
+    panel = axes[0, 0]
     size, words = readable(unit, values)
     what = f"amplitude, {words}"
     if decibel:
         top = max(float(values.max()), np.finfo(float).tiny)
         values = 20 * np.log10(np.maximum(values / top, 10 ** (-_RANGE / 20)))
         what, size = f"amplitude, dB of {number(size * top)} {words}", 1.0
-    image = ax.pcolormesh(
+    image = panel.pcolormesh(
         found.frequency[keep], along, size * values, shading="nearest", rasterized=True
     )
-    fig.colorbar(image, ax=ax, label=what)
-    ax.grid(False)
-    ax.set_xlim(low, high)
+    fig.colorbar(image, ax=panel, label=what)
+    panel.grid(False)
+    panel.set_xlim(low, high)
     if np.ptp(along) > 0:
-        ax.set_ylim(float(along.min()), float(along.max()))
-    _order_lines(ax, found, along, orders, "white", (low, high))
-    label(ax, _frequency_words(found), axis)
-    ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return fig
+        panel.set_ylim(float(along.min()), float(along.max()))
+    _order_lines(panel, found, along, orders, "white", (low, high))
+    label(panel, _frequency_words(found), axis)
+    panel.set_title(title, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def cascade(
@@ -110,7 +111,8 @@ def cascade(
     unit: str = "m",
     highest: float | None = None,
     title: str = "Cascade",
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Spectra as lines above each other, each from its speed (or time) on; the bar tells their amplitude.
     What lies behind a nearer one is hidden."""
     keep, low, high = _frequencies(found, highest)
@@ -123,33 +125,33 @@ def cascade(
     top = float(values.max()) or 1.0
     span = float(np.ptp(along)) or 1.0
     tall = 0.22 * span / top
-    fig, axes = figure(1, 1, (9.5, 6.4))
-    ax = axes[0, 0]
+    _, axes = figure(1, 1, (9.5, 6.4), ax)
+    panel = axes[0, 0]
     # far ones first: the nearer ones stand before them
     for k, row in reversed(list(enumerate(chosen))):
         line = along[row] + tall * values[k]
         order = 3 - 0.001 * k
-        ax.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
-        ax.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
+        panel.fill_between(frequency, along[row], line, color="white", linewidth=0, zorder=order)
+        panel.plot(frequency, line, color=COLOURS[0], linewidth=0.8, zorder=order + 5e-4)
     lowest, upper = (
         float(along.min()) - 0.02 * span,
         float((along[chosen] + tall * values.max(axis=1)).max()),
     )
-    ax.grid(False)
-    ax.set_xlim(low, high)
-    ax.set_ylim(lowest, upper + 0.03 * span)
-    _order_lines(ax, found, along, orders, COLOURS[1], (low, high))
+    panel.grid(False)
+    panel.set_xlim(low, high)
+    panel.set_ylim(lowest, upper + 0.03 * span)
+    _order_lines(panel, found, along, orders, COLOURS[1], (low, high))
     size, words = readable(unit, values)
     bar = _round_below(size * top) / size
-    ax.plot([1.02, 1.02], [along.min(), along.min() + tall * bar], color="black", linewidth=2.5,
-            transform=ax.get_yaxis_transform(), clip_on=False)  # fmt: skip
-    ax.annotate(
+    panel.plot([1.02, 1.02], [along.min(), along.min() + tall * bar], color="black", linewidth=2.5,
+            transform=panel.get_yaxis_transform(), clip_on=False)  # fmt: skip
+    panel.annotate(
         f"{size * bar:g} {words}", (1.03, along.min() + tall * bar / 2),
-        xycoords=ax.get_yaxis_transform(), va="center", fontsize=9, annotation_clip=False,
+        xycoords=panel.get_yaxis_transform(), va="center", fontsize=9, annotation_clip=False,
     )  # fmt: skip
-    label(ax, _frequency_words(found), axis)
-    ax.set_title(title, fontsize=10, loc="left", pad=16)
-    return fig
+    label(panel, _frequency_words(found), axis)
+    panel.set_title(title, fontsize=10, loc="left", pad=16)
+    return panel
 
 
 def _round_below(x: float) -> float:
@@ -215,11 +217,16 @@ def _order_lines(
             )  # fmt: skip
 
 
-def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order tracking") -> Figure:
+def order_tracks(
+    found: OrderTrack,
+    unit: str = "m",
+    title: str = "Order tracking",
+    ax: Given | None = None,
+) -> np.ndarray:
     """Amplitude and phase of each order over the speed. A phase is drawn where its order has a hundredth of
     its own peak at least, and half a hundredth of the highest; it lies between -315° and 45°, so that
     resonances in x (from 0) and y (from -90°) pass unbroken."""
-    fig, axes = figure(2, 1, (9.0, 6.4), sharex=True)
+    _, axes = figure(2, 1, (9.0, 6.4), ax, sharex=True)
     speed = np.abs(found.speed) * _RPM
     order = np.argsort(speed, kind="stable")
     size, words = readable(unit, found.magnitude)
@@ -243,4 +250,4 @@ def order_tracks(found: OrderTrack, unit: str = "m", title: str = "Order trackin
     label(axes[0, 0], "", f"amplitude, {words}", title)
     label(axes[1, 0], "speed, rpm", "phase, °")
     legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+    return axes[:, 0]

@@ -1,17 +1,23 @@
 """Forces on the bearings."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..simulation.response import Response
 from . import select
-from .style import COLOURS, band, figure, label, legend
+from .style import COLOURS, Given, band, figure, label, legend
 
 
-def bearing_forces(response: Response, bearings: list[str]) -> Figure:
-    """Force of each bearing on its base over time, its size over speed, its path in the passage."""
+def bearing_forces(
+    response: Response, bearings: str | Sequence[str] | None = None, ax: Given | None = None
+) -> np.ndarray:
+    """Force of each bearing on its base over time, its size over speed, its path in the passage: a row for
+    each of the `bearings`, by default all."""
+    usual = select.with_signal(response.machine, "bearing_force")
+    bearings = select.named(bearings, usual, "bearings")
     t = np.asarray(response.t)
-    fig, axes = figure(len(bearings), 3, (14, 3.9 * len(bearings)))
+    _, axes = figure(len(bearings), 3, (14, 3.9 * len(bearings)), ax)
     for row, name in zip(axes, bearings):
         force = np.asarray(response[name].bearing_force)
         size = np.hypot(force[:, 0], force[:, 1])
@@ -30,4 +36,4 @@ def bearing_forces(response: Response, bearings: list[str]) -> Figure:
         row[2].plot(*select.smooth(t, force[:, :2], near).T, color=COLOURS[3], linewidth=0.4)
         row[2].set_aspect("equal", adjustable="datalim")
         label(row[2], "Fx, N", "Fy, N", f"Its path around its peak, t = {t[k]:.2f} s")
-    return fig
+    return axes

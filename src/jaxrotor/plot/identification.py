@@ -3,21 +3,21 @@
 from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from scipy.interpolate import PchipInterpolator
 
 from ..identification.identification import Identification
 from ..identification.posterior import Posterior
 from ..identification.profile import LikelihoodProfile
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 
-def channel_fits(found: Identification) -> Figure:
+def channel_fits(found: Identification, ax: Given | None = None) -> np.ndarray:
     """Measured over simulated, and what is left with twice the standard deviation of the noise; a row for
     each channel of each run."""
     fits = found.channels
     several = len({f.run for f in fits}) > 1
-    fig, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), sharex="row")
+    _, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), ax, sharex="row")
     for (left, right), fit in zip(axes, fits):
         name = f"{fit.channel} of {fit.run}" if several else fit.channel
         left.plot(fit.t, fit.measured, color=GREY, linewidth=1.6, label="measured")
@@ -35,86 +35,92 @@ def channel_fits(found: Identification) -> Figure:
             f"{name}: 2 std of its noise dashed{chance}",
         )
     axes[0, 0].legend(frameon=False, fontsize=9, loc="upper left", ncols=2)
-    return fig
+    return axes
 
 
-def correlations(found: Identification) -> Figure:
+def correlations(found: Identification, ax: Given | None = None) -> Axes:
     """How far the parameters are told apart: 1 or -1, and only a combination of two is known."""
     n = len(found.paths)
-    fig, axes = figure(1, 1, (2.5 + 0.9 * n, 2.0 + 0.7 * n))
-    ax = axes[0, 0]
-    image = ax.imshow(found.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-    ax.set_xticks(range(n), found.paths, rotation=30, ha="right")
-    ax.set_yticks(range(n), found.paths)
-    ax.grid(False)
+    fig, axes = figure(1, 1, (2.5 + 0.9 * n, 2.0 + 0.7 * n), ax)
+    panel = axes[0, 0]
+    image = panel.imshow(found.correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+    panel.set_xticks(range(n), found.paths, rotation=30, ha="right")
+    panel.set_yticks(range(n), found.paths)
+    panel.grid(False)
     for i in range(n):
         for j in range(n):
             r = found.correlation[i, j]
             words = f"{r:.2f}" if np.isfinite(r) else "unseen"
-            ax.text(j, i, words, ha="center", va="center", fontsize=8,
+            panel.text(j, i, words, ha="center", va="center", fontsize=8,
                     color="white" if abs(r) > 0.6 else "black")  # fmt: skip
-    fig.colorbar(image, ax=ax, label="correlation")
-    return fig
+    fig.colorbar(image, ax=panel, label="correlation")
+    return panel
 
 
-def costs(found: Identification) -> Figure:
+def costs(found: Identification, ax: Given | None = None) -> Axes:
     """Half the sum of squared residuals, in standard deviations, at each iteration of each search. From one
     to the next the standard deviations change, and with them the cost."""
-    fig, axes = figure(1, 1, (7.0, 4.0))
-    ax, first = axes[0, 0], 1
+    _, axes = figure(1, 1, (7.0, 4.0), ax)
+    panel, first = axes[0, 0], 1
     for k, (name, history) in enumerate(found.histories.items()):
         at = np.arange(first, first + len(history))
-        ax.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=name)
+        panel.semilogy(at, history, "o-", color=COLOURS[k % len(COLOURS)], label=name)
         first += len(history)
-    label(ax, "iteration", "cost")
-    legend(ax)
-    return fig
+    label(panel, "iteration", "cost")
+    legend(panel)
+    return panel
 
 
-def profile_curves(found: Identification, curves: Mapping[str, LikelihoodProfile]) -> Figure:
+def profile_curves(
+    found: Identification, curves: Mapping[str, LikelihoodProfile], ax: Given | None = None
+) -> np.ndarray:
     """How twice the cost grows away from each estimate; dashed what its standard deviation makes one expect.
     Where the two part the interval is lopsided, or open."""
-    fig, axes = _panels(len(curves))
+    axes = _panels(len(curves), ax)
     limit = found.knowledge.quantile(0.95) ** 2
-    for ax, (path, curve) in zip(axes, curves.items()):
+    for panel, (path, curve) in zip(axes, curves.items()):
         x = np.linspace(curve.values[0], curve.values[-1], 101)
         expected = (x - found.values[path]) / curve.std
-        ax.plot(x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation")
+        panel.plot(
+            x, expected**2, "--", color=GREY, linewidth=1.2, label="by its standard deviation"
+        )
         # the root is nearly straight: between the points it is joined, not its square
         root = PchipInterpolator(curve.values, curve.root)(x)
-        ax.plot(x, root**2, color=COLOURS[0], label="profile")
-        ax.plot(curve.values, curve.root**2, "o", color=COLOURS[0], markersize=4)
-        ax.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
-        ax.locator_params(axis="x", nbins=4)
-        label(ax, _named(path, curve.unit), "growth of twice the cost")
+        panel.plot(x, root**2, color=COLOURS[0], label="profile")
+        panel.plot(curve.values, curve.root**2, "o", color=COLOURS[0], markersize=4)
+        panel.axhline(limit, color=COLOURS[1], linewidth=0.9, label="95 %")
+        panel.locator_params(axis="x", nbins=4)
+        label(panel, _named(path, curve.unit), "growth of twice the cost")
     legend(axes[0])
-    return fig
+    return axes
 
 
-def posteriors(found: Identification, drawn: Posterior) -> Figure:
+def posteriors(found: Identification, drawn: Posterior, ax: Given | None = None) -> np.ndarray:
     """The draws of each parameter, over the bell that its estimate and standard deviation make."""
-    fig, axes = _panels(len(found.paths))
-    for ax, path, unit in zip(axes, found.paths, found.units):
+    axes = _panels(len(found.paths), ax)
+    for panel, path, unit in zip(axes, found.paths, found.units):
         x = drawn.draws[path].ravel()
-        ax.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
+        panel.hist(x, bins=40, density=True, color=COLOURS[0], alpha=0.5, label="posterior")
         at = np.linspace(x.min(), x.max(), 201)
         mean, std = found.values[path], found.std[path]
         bell = np.exp(-0.5 * ((at - mean) / std) ** 2) / (std * np.sqrt(2 * np.pi))
-        ax.plot(at, bell, color=COLOURS[1], label="estimate and its std")
-        ax.locator_params(axis="x", nbins=4)
-        label(ax, _named(path, unit), "density")
+        panel.plot(at, bell, color=COLOURS[1], label="estimate and its std")
+        panel.locator_params(axis="x", nbins=4)
+        label(panel, _named(path, unit), "density")
     legend(axes[0])
-    return fig
+    return axes
 
 
-def _panels(count: int) -> tuple[Figure, np.ndarray]:
-    """So many axes, three in a row."""
+def _panels(count: int, ax: Given | None) -> np.ndarray:
+    """So many axes: new ones, three in a row, or those given."""
+    if ax is not None:
+        return figure(count, 1, ax=ax)[1].ravel()
     columns = min(3, count)
     rows = -(-count // columns)
-    fig, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
-    for ax in axes.ravel()[count:]:
-        ax.set_visible(False)
-    return fig, axes.ravel()[:count]
+    _, axes = figure(rows, columns, (4.2 * columns, 3.1 * rows + 0.4))
+    for panel in axes.ravel()[count:]:
+        panel.set_visible(False)
+    return axes.ravel()[:count]
 
 
 def _named(path: str, unit: str) -> str:

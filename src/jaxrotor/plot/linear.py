@@ -5,11 +5,11 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 from ..linear.campbell import Campbell
 from ..linear.modes import Mode, word_of
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, asked_panels, figure, label, legend
 
 RPM = 30 / np.pi
 HERTZ = 1 / (2 * np.pi)
@@ -33,13 +33,15 @@ def campbell_diagram(
     orders: Sequence[float] = (1.0,),
     critical: Sequence[float | Mode] | Mapping[float, Sequence[float | Mode]] | None = None,
     damping: Literal["ratio", "decrement"] = "ratio",
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """Frequencies over speed with the lines of `orders` and their crossings; below, where anything is
     damped, the damping ratio or the log decrement, with what is unstable shaded.
 
     `critical`: speeds (rad/s), or `critical_modes`, to mark instead of the interpolated crossings: those
     of the first order, or for each order its own. Torsional and axial ones, which unbalance does not
     excite, are small squares. Modes far above all order lines are left out, and a note counts them.
+    `ax`: one axes for the frequencies alone, or two.
     """
     rpm = RPM * np.asarray(campbell.speeds)
     hertz = HERTZ * np.asarray(campbell.frequencies)
@@ -50,21 +52,22 @@ def campbell_diagram(
     top = min(top, 1.06 * max(hertz.max(), reach))
     shown = [k for k in range(hertz.shape[1]) if hertz[:, k].min() < top]
     ratio = np.asarray(campbell.damping_ratios)[:, shown]
-    damped = bool(np.abs(ratio).max(initial=0.0) > 1e-9)
+    rows = min(asked_panels(ax, 1 + bool(np.abs(ratio).max(initial=0.0) > 1e-9)), 2)
+    damped = rows == 2
     size = (9.5, 8.5) if damped else (9.5, 6.0)
     grid = {"gridspec_kw": {"height_ratios": (2, 1)}} if damped else {}
-    fig, axes = figure(2 if damped else 1, 1, size, sharex=True, **grid)
-    ax = axes[0, 0]
+    _, axes = figure(rows, 1, size, ax, sharex=True, **grid)
+    panel = axes[0, 0]
     for k in shown:
-        _line(ax, rpm, hertz[:, k], classes[:, k])
+        _line(panel, rpm, hertz[:, k], classes[:, k])
     ends = {k: hertz[-1, k] for k in shown if hertz[-1, k] < 1.05 * top}
     places = _spread(np.array(list(ends.values())), 0.032 * top)
     for (k, y), place in zip(ends.items(), places):
-        ax.annotate(
+        panel.annotate(
             campbell.names[k],
             (rpm[-1], y),
             xytext=(1.02, place / top),
-            textcoords=ax.get_yaxis_transform(),
+            textcoords=panel.get_yaxis_transform(),
             va="center",
             fontsize=8,
             color=_LOOK[classes[-1, k]][0],
@@ -72,26 +75,31 @@ def campbell_diagram(
             annotation_clip=False,
         ).set_position((1.02, place))
     for order in orders:
-        _order_line(ax, order, rpm, top)
+        _order_line(panel, order, rpm, top)
     for order in orders:
         given = critical if isinstance(critical, Mapping) else {orders[0]: critical}
-        _mark(ax, order, _meetings(campbell, order, given.get(order)), rpm, top)
-    ax.set_ylim(0, top)
-    ax.set_xlim(rpm[0], rpm[-1])
-    label(ax, "" if damped else "speed, rpm", "frequency, Hz")
-    _radians(ax)
-    _legend_of(ax, classes[:, shown])
+        _mark(panel, order, _meetings(campbell, order, given.get(order)), rpm, top)
+    panel.set_ylim(0, top)
+    panel.set_xlim(rpm[0], rpm[-1])
+    label(panel, "" if damped else "speed, rpm", "frequency, Hz")
+    _radians(panel)
+    _legend_of(panel, classes[:, shown])
     if len(shown) < hertz.shape[1]:
-        words = f"{hertz.shape[1] - len(shown)} modes above {top:.4g} Hz are not shown"
-        ax.annotate(
+        left = hertz.shape[1] - len(shown)
+        words = f"{left} mode{'s' * (left > 1)} above {top:.4g} Hz {'are' if left > 1 else 'is'} not shown"
+        panel.annotate(
             words, (0.99, 0.985), xycoords="axes fraction", ha="right", va="top", fontsize=8
         )
     if damped:
         _damping(axes[1, 0], rpm, campbell, shown, classes, damping)
-    return fig
+    return axes[:, 0]
 
 
-def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = "growth") -> Figure:
+def stability_map(
+    campbell: Campbell,
+    measure: Literal["growth", "decrement"] = "growth",
+    ax: Given | None = None,
+) -> Axes:
     """The least stable of the oscillating modes over speed: its largest real part (1/s), or the log
     decrement of the least damped one. What is unstable is shaded, its onset marked."""
     rpm, values = RPM * np.asarray(campbell.speeds), np.asarray(campbell.eigenvalues)
@@ -108,37 +116,37 @@ def stability_map(campbell: Campbell, measure: Literal["growth", "decrement"] = 
     which = worst(amounts, axis=1)
     least = amounts[np.arange(len(rpm)), which]
     classes = _classes(campbell)
-    fig, axes = figure(1, 1, (9.0, 5.0))
-    ax = axes[0, 0]
-    ax.plot(rpm, least, color=GREY, linewidth=1.0, zorder=1)
+    _, axes = figure(1, 1, (9.0, 5.0), ax)
+    panel = axes[0, 0]
+    panel.plot(rpm, least, color=GREY, linewidth=1.0, zorder=1)
     for k in dict.fromkeys(which.tolist()):
         colour, _, marker = _LOOK[classes[-1, k]]
         mine = np.where(which == k, least, np.nan)
-        ax.plot(rpm, mine, color=colour, marker=marker, markersize=4, label=campbell.names[k])
+        panel.plot(rpm, mine, color=colour, marker=marker, markersize=4, label=campbell.names[k])
     low, high = least.min(), least.max()
     room = 0.12 * (max(high, 0.0) - min(low, 0.0)) or 1.0
-    ax.set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
-    ax.set_xlim(rpm[0], rpm[-1])
-    _shade(ax, unstable)
+    panel.set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
+    panel.set_xlim(rpm[0], rpm[-1])
+    _shade(panel, unstable)
     size = 1e-9 * np.abs(values).max()
     ill = unstable * least > (size if measure == "growth" else 1e-9)
     for i in np.flatnonzero(ill[1:] != ill[:-1]):
         s = least[i] / (least[i] - least[i + 1])
         at = (1 - s) * rpm[i] + s * rpm[i + 1] if 0 <= s <= 1 else rpm[i + 1]
-        ax.axvline(at, color="black", linewidth=0.8, linestyle=":")
+        panel.axvline(at, color="black", linewidth=0.8, linestyle=":")
         verb = "unstable" if ill[i + 1] else "stable"
-        ax.annotate(
+        panel.annotate(
             f"{verb} from {at:.4g} rpm",
             (at, 0.03),
-            xycoords=ax.get_xaxis_transform(),
+            xycoords=panel.get_xaxis_transform(),
             xytext=(4, 0),
             textcoords="offset points",
             fontsize=9,
         )
-    label(ax, "speed, rpm", words)
-    _radians(ax)
-    legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="least stable mode")
-    return fig
+    label(panel, "speed, rpm", words)
+    _radians(panel)
+    legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="least stable mode")
+    return panel
 
 
 def _classes(campbell: Campbell) -> np.ndarray:
@@ -182,7 +190,9 @@ def _legend_of(ax: Axes, classes: np.ndarray) -> None:
     ax.legend(
         fontsize=9,
         loc="lower left",
-        bbox_to_anchor=(0.0, 1.09),
+        bbox_to_anchor=(0.0, 1.0),
+        # above the axis of rad/s, whatever the height of the panel
+        bbox_transform=ax.transAxes + ScaledTranslation(0, 0.47, ax.figure.dpi_scale_trans),
         ncols=5,
         frameon=False,
         borderpad=0,

@@ -2,10 +2,8 @@
 
 from collections import deque
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 
 from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite
@@ -13,7 +11,7 @@ from ..elements.bearings.self_aligning import SelfAligningBearing
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
-from .style import COLOURS, GREY
+from .style import COLOURS, GREY, Given, figure
 
 _STEEL = "#C9D3DC"
 # Length given to a connection that has none, as part of the mean of those that have.
@@ -93,7 +91,7 @@ def _disc(station: Rotor | RigidBody) -> tuple[float, float]:
     return radius, np.sqrt(max(0.0, 12 * jt / m - 3 * radius**2))
 
 
-def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
+def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
     """Side view to scale: shafts with their diameters, rotors as discs of their mass and inertia,
     bearings on the ground, the drive, names, unbalance and a scale in mm."""
     where = positions(machine)
@@ -110,13 +108,11 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     wide, high = right - left, (lanes - 1) * pitch + 3.3 * tall
     rows = min(_ROWS, len(_attached(machine)))
     words = (_ABOVE + _ROW * rows) / 72 if rows else 0.0  # inches
-    if ax is None:
-        width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
-        fig, ax = plt.subplots(
-            figsize=(width, max(2.5, width * high / wide + words)), layout="constrained"
-        )
-    fig = ax.figure
-    below = words * wide / (fig.bbox.width / fig.dpi)  # m
+    width = 10.0 if high < 0.75 * wide else 7.5 * wide / high
+    panel = figure(1, 1, (width, max(2.5, width * high / wide + words)), ax)[1][0, 0]
+    if ax is not None:
+        width = panel.bbox.width / panel.figure.dpi
+    below = words * wide / width  # m
     thin = 0.008 * length
 
     def at(name):
@@ -128,11 +124,11 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
     ):
         if isinstance(connector, AbstractConnector):
             (z0, y0), (z1, y1) = (at(machine.wiring.stations[s]) for s, _ in ends)
-            _draw_connection(ax, name, connector, z0, y0, z1, y1, tall)
+            _draw_connection(panel, name, connector, z0, y0, z1, y1, tall)
     for name, station in zip(machine.wiring.stations, machine.stations):
         z, y = at(name)
-        top = _draw_station(ax, station, z, y, tall, thin)
-        ax.annotate(
+        top = _draw_station(panel, station, z, y, tall, thin)
+        panel.annotate(
             name,
             (z, y + top),
             xytext=(0, 6),
@@ -142,13 +138,13 @@ def draw_machine(machine: Machine, ax: Axes | None = None) -> Figure:
             fontweight="bold",
             annotation_clip=False,
         )
-    _draw_attachments(ax, machine, at, tall)
-    _draw_scale(ax, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
-    ax.set_aspect("equal")
-    ax.set_xlim(left, right)
-    ax.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
-    ax.axis("off")
-    return fig  # pyright: ignore[reportReturnType]
+    _draw_attachments(panel, machine, at, tall)
+    _draw_scale(panel, length, -(lanes - 1) * pitch - 1.62 * tall - below, tall)
+    panel.set_aspect("equal")
+    panel.set_xlim(left, right)
+    panel.set_ylim(-(lanes - 1) * pitch - 1.95 * tall - below, 1.35 * tall)
+    panel.axis("off")
+    return panel
 
 
 def _draw_connection(ax, name, connector, z0, y0, z1, y1, tall) -> None:

@@ -3,30 +3,34 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from matplotlib.ticker import StrMethodFormatter
 
 from ..linear.supports import CriticalSpeedMap
 from ..linear.torsion import Interference, TorsionalMode
 from .linear import HERTZ, RPM, _radians
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend
 
 _STYLES = ("-", "--", "-.", (0, (5, 1, 1, 1, 1, 1)))
 
 
-def support_map(found: CriticalSpeedMap, speeds: tuple[float, float] | None = None) -> Figure:
+def support_map(
+    found: CriticalSpeedMap,
+    speeds: tuple[float, float] | None = None,
+    ax: Given | None = None,
+) -> Axes:
     """Undamped forward critical speeds over the stiffness of the supports, with the stiffness that the
     supports have: a critical speed lies where the two meet. `speeds`: rad/s, shades a range of operation."""
-    fig, axes = figure(1, 1, (9.5, 6.0))
-    ax = axes[0, 0]
+    _, axes = figure(1, 1, (9.5, 6.0), ax)
+    panel = axes[0, 0]
     for k in range(found.speeds.shape[1]):
         style = _STYLES[k % len(_STYLES)]
         colour = COLOURS[k % len(COLOURS)]
         name = f"{k + 1}. forward"
-        ax.loglog(
+        panel.loglog(
             found.stiffness, RPM * found.speeds[:, k], linestyle=style, color=colour, label=name
         )
-    low, high = ax.get_ylim()
+    low, high = panel.get_ylim()
     stiff = found.stiffness.min(), found.stiffness.max()
     drawn: set[tuple[float, ...]] = set()
     for own, kx, ky in found.actual.values():
@@ -42,23 +46,23 @@ def support_map(found: CriticalSpeedMap, speeds: tuple[float, float] | None = No
             words = f"{', '.join(alike)}: {both}"
             if own.size == 1:
                 if stiff[0] <= values[0] <= stiff[1]:
-                    ax.axvline(
+                    panel.axvline(
                         values[0], color="black", linestyle=style, linewidth=1.2, label=words
                     )
             else:
-                ax.plot(
+                panel.plot(
                     values, RPM * own, color="black", linestyle=style, linewidth=1.2, label=words
                 )
-    ax.set_xlim(stiff)
-    ax.set_ylim(low, high)
+    panel.set_xlim(stiff)
+    panel.set_ylim(low, high)
     if speeds is not None:
-        ax.axhspan(
+        panel.axhspan(
             RPM * speeds[0], RPM * speeds[1], color=GREY, alpha=0.2, label="speeds of operation"
         )
-    ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    label(ax, "stiffness of each support, N/m", "undamped critical speed, rpm")
-    legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
+    panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    label(panel, "stiffness of each support, N/m", "undamped critical speed, rpm")
+    legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return panel
 
 
 def interference_diagram(
@@ -66,36 +70,37 @@ def interference_diagram(
     met: Sequence[Interference],
     speeds: tuple[float, float],
     margin: float = 0.1,
-) -> Figure:
+    ax: Given | None = None,
+) -> Axes:
     """Torsional frequencies, the lines of the orders, and where they meet; the range of `speeds` (rad/s) is
     shaded, with `margin` (a part of its ends) to either side. What meets there is marked."""
     low, high = speeds
-    fig, axes = figure(1, 1, (9.5, 6.0))
-    ax = axes[0, 0]
+    _, axes = figure(1, 1, (9.5, 6.0), ax)
+    panel = axes[0, 0]
     orders = sorted({m.order for m in met})
     right = 1.35 * high
     top = 1.15 * HERTZ * max([m.frequency for m in modes] or [right])
     top = min(top, 1.1 * HERTZ * max(orders, default=1.0) * right)
-    ax.axvspan(RPM * low, RPM * high, color=GREY, alpha=0.2, label="speeds of operation")
+    panel.axvspan(RPM * low, RPM * high, color=GREY, alpha=0.2, label="speeds of operation")
     for edge, other in ((low, low * (1 - margin)), (high, high * (1 + margin))):
-        ax.axvspan(*sorted((RPM * edge, RPM * other)), color=GREY, alpha=0.1)
+        panel.axvspan(*sorted((RPM * edge, RPM * other)), color=GREY, alpha=0.1)
     for k, mode in enumerate(modes):
         y = HERTZ * mode.frequency
         if y > top:
             continue
-        ax.axhline(y, color=COLOURS[k % len(COLOURS)], linewidth=1.4)
-        ax.annotate(
+        panel.axhline(y, color=COLOURS[k % len(COLOURS)], linewidth=1.4)
+        panel.annotate(
             f"{mode.name}, {y:.4g} Hz",
             (1.01, y),
-            xycoords=ax.get_yaxis_transform(),
+            xycoords=panel.get_yaxis_transform(),
             va="center",
             fontsize=9,
             color=COLOURS[k % len(COLOURS)],
         )
     for order in orders:
-        ax.plot([0, RPM * right], [0, order * HERTZ * right], color="black", linewidth=0.8)
+        panel.plot([0, RPM * right], [0, order * HERTZ * right], color="black", linewidth=0.8)
         at = min(0.97 * right, 0.96 * top / (order * HERTZ))
-        ax.annotate(
+        panel.annotate(
             f"{order:g}×",
             (RPM * at, order * HERTZ * at),
             xytext=(-3, 3),
@@ -111,7 +116,7 @@ def interference_diagram(
         chosen = [m for m in met if (m.separation <= margin) == near and m.speed <= right]
         chosen = [m for m in chosen if m.order * HERTZ * m.speed <= top]
         if chosen:
-            ax.plot(
+            panel.plot(
                 [RPM * m.speed for m in chosen],
                 [m.order * HERTZ * m.speed for m in chosen],
                 marker,
@@ -122,9 +127,9 @@ def interference_diagram(
                 label=words,
                 zorder=5,
             )
-    ax.set_xlim(0, RPM * right)
-    ax.set_ylim(0, top)
-    label(ax, "speed, rpm", "frequency, Hz")
-    _radians(ax)
-    legend(ax, loc="upper left")
-    return fig
+    panel.set_xlim(0, RPM * right)
+    panel.set_ylim(0, top)
+    label(panel, "speed, rpm", "frequency, Hz")
+    _radians(panel)
+    legend(panel, loc="upper left")
+    return panel

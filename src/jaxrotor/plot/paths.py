@@ -1,17 +1,26 @@
 """Where centres go: trajectories, and distances from the axis over speed."""
 
+from collections.abc import Sequence
+from typing import Literal
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..simulation.response import Response
 from . import select
-from .style import COLOURS, GREY, figure, label, legend
+from .style import COLOURS, GREY, Given, figure, label, legend, legend_below
 
 
-def trajectories(response: Response, stations: list[str], centre: str = "geometric") -> Figure:
-    """Paths of the geometric (or mass) centres in the plane across the axis, start and end marked."""
-    fig, axes = figure(1, len(stations), (5.2 * len(stations), 5.4))
-    for ax, name in zip(axes[0], stations):
+def trajectories(
+    response: Response,
+    stations: str | Sequence[str] | None = None,
+    centre: Literal["geometric", "mass"] = "geometric",
+    ax: Given | None = None,
+) -> np.ndarray:
+    """Paths of the geometric (or mass) centres in the plane across the axis, start and end marked: a panel
+    for each of the `stations`, by default the rotors that can sway."""
+    stations = select.named(stations, select.swaying(response.machine), "stations")
+    _, axes = figure(1, len(stations), (5.2 * len(stations), 5.4), ax)
+    for panel, name in zip(axes[0], stations):
         part = response[name]
         xyz = np.asarray(part.position[:, :3] if centre == "geometric" else part.mass_centre) * 1e3
         k = select.passage(response, name)
@@ -19,29 +28,35 @@ def trajectories(response: Response, stations: list[str], centre: str = "geometr
         last = slice(-max(20, len(xyz) // 200), None)
         t = np.asarray(response.t)
         whole = select.smooth(t, xyz[:, :2], slice(None))
-        ax.plot(*whole.T, color=GREY, linewidth=0.15, alpha=0.6, label="whole run")
-        ax.plot(*select.smooth(t, xyz[:, :2], first).T, color=COLOURS[0], lw=0.5, label="passage")
-        ax.plot(*select.smooth(t, xyz[:, :2], last).T, color=COLOURS[1], lw=0.8, label="last turns")
-        ax.plot(*xyz[0, :2], "o", color="black", markersize=6, label="start")
-        ax.plot(
+        panel.plot(*whole.T, color=GREY, linewidth=0.15, alpha=0.6, label="whole run")
+        panel.plot(
+            *select.smooth(t, xyz[:, :2], first).T, color=COLOURS[0], lw=0.5, label="passage"
+        )
+        panel.plot(
+            *select.smooth(t, xyz[:, :2], last).T, color=COLOURS[1], lw=0.8, label="last turns"
+        )
+        panel.plot(*xyz[0, :2], "o", color="black", markersize=6, label="start")
+        panel.plot(
             *xyz[-1, :2], "X", color="black", markersize=8, markerfacecolor="white", label="end"
         )
-        ax.set_aspect("equal", adjustable="datalim")
-        label(ax, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
+        panel.set_aspect("equal", adjustable="datalim")
+        label(panel, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
     handles, names = axes[0, 0].get_legend_handles_labels()
-    told = fig.legend(
-        handles, names, loc="outside lower center", ncols=5, frameon=False, fontsize=9
-    )
+    told = legend_below(axes, ax, 5, handles, names)
     for line in told.get_lines():
         line.set_linewidth(max(1.0, line.get_linewidth()))
-    return fig
+    return axes[0]
 
 
-def distances(response: Response, stations: list[str]) -> Figure:
+def distances(
+    response: Response, stations: str | Sequence[str] | None = None, ax: Given | None = None
+) -> np.ndarray:
     """Distance of the geometric and the mass centre from the axis of rest over speed: a rotor that
-    centres itself has its mass centre come closer than its eccentricity."""
-    fig, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), sharex=True)
-    for ax, name in zip(axes[:, 0], stations):
+    centres itself has its mass centre come closer than its eccentricity. A panel for each of the `stations`,
+    by default the rotors that can sway."""
+    stations = select.named(stations, select.swaying(response.machine), "stations")
+    _, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), ax, sharex=True)
+    for panel, name in zip(axes[:, 0], stations):
         part = response[name]
         speed = np.asarray(part.speed)
         rest = _resting(response, name)
@@ -51,16 +66,18 @@ def distances(response: Response, stations: list[str]) -> Figure:
         ):
             r = 1e3 * np.hypot(*(xy - rest).T)
             # a line in time, no band over bins of speed: where r is steep those would show ripple
-            ax.plot(speed, r, color=colour, linewidth=0.6, alpha=0.8, label=words)
+            panel.plot(speed, r, color=colour, linewidth=0.6, alpha=0.8, label=words)
         unbalance = getattr(response.machine[name], "unbalance", None)
         if unbalance is not None:
             e = 1e3 * float(np.asarray(unbalance.eccentricity))
-            ax.axhline(e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm")
-        ax.set_ylim(bottom=0)
-        label(ax, "", "distance, mm", f"`{name}`: distance from its position at rest")
-        legend(ax, loc="upper left")
+            panel.axhline(
+                e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm"
+            )
+        panel.set_ylim(bottom=0)
+        label(panel, "", "distance, mm", f"`{name}`: distance from its position at rest")
+        legend(panel, loc="upper left")
     axes[-1, 0].set_xlabel("speed, rad/s")
-    return fig
+    return axes[:, 0]
 
 
 def _resting(response: Response, name: str) -> np.ndarray:

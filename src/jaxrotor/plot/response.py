@@ -3,10 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from ..linear.response import FrequencyResponse
@@ -26,7 +24,7 @@ from .lines import (
     speeds_of,
     words,
 )
-from .style import GREY, figure, label, legend
+from .style import GREY, Given, figure, label, legend
 
 # Frequencies that span more than this factor have a logarithmic axis.
 _WIDE = 20.0
@@ -42,28 +40,29 @@ def bode(
     response: FrequencyResponse,
     critical: Sequence[float] | None = None,
     title: str | None = None,
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """Magnitude (a panel for each unit) and phase of every output for every input: over the frequency in
     Hz, or, of the response to unbalance, over the speed in rpm and rad/s.
 
-    `critical`: rad/s, marked by dotted lines with their rpm.
+    `critical`: rad/s, marked by dotted lines with their rpm. The last panel is that of the phases.
     """
     lines, unbalance = lines_of(response), not response.inputs
     along = speeds_of(response)
     units = list(dict.fromkeys(line.unit for line in lines))
     panels = len(units) + 1
-    fig, axes = figure(panels, 1, (9.5, 1.6 + 2.6 * panels), sharex=True)
-    for unit, ax in zip(units, axes[:-1, 0]):
+    _, axes = figure(panels, 1, (9.5, 1.6 + 2.6 * panels), ax, sharex=True)
+    for unit, panel in zip(units, axes[:-1, 0]):
         mine = [line for line in lines if line.unit == unit]
         size, shown, limits = magnitude(mine, unbalance)
         if limits[0] > 0:
-            ax.set_yscale("log")
+            panel.set_yscale("log")
         for line in mine:
             style = look(lines.index(line), len(along))
-            ax.plot(along, size * np.abs(line.values), label=line.name, **style)
-        ax.set_ylim(*limits)
-        label(ax, "", f"{words(response, mine[0])}, {shown}")
-        legend(ax, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            panel.plot(along, size * np.abs(line.values), label=line.name, **style)
+        panel.set_ylim(*limits)
+        label(panel, "", f"{words(response, mine[0])}, {shown}")
+        legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     _phases(axes[-1, 0], along, lines, response)
     if not unbalance and along.min() > 0 and along.max() > _WIDE * along.min():
         axes[-1, 0].set_xscale("log")
@@ -75,7 +74,7 @@ def bode(
     if critical is not None:
         _mark(list(axes[:, 0]), np.asarray(critical, float), 1.0 if unbalance else 1 / 60)
     axes[0, 0].set_title(heading(response) if title is None else title, fontsize=11, loc="left")
-    return fig
+    return axes[:, 0]
 
 
 def _phases(ax: Axes, along: np.ndarray, lines: list[Line], response: FrequencyResponse) -> None:
@@ -134,31 +133,25 @@ def polar(
     response: FrequencyResponse,
     mark: Sequence[float] | None = None,
     title: str | None = None,
-) -> Figure:
+    ax: Given | None = None,
+) -> np.ndarray:
     """Amplitude over the phase's lag, clockwise, so that the plane is that of the complex amplitudes: a
     line for every output and input, a panel for each unit. A star marks the peak of each.
 
     `mark`: speeds (of a frequency response frequencies) in rad/s to mark on the lines; by default round
-    ones, as many as have room for their labels.
+    ones, as many as have room for their labels. `ax`: of the projection "polar".
     """
     lines = lines_of(response)
     units = list(dict.fromkeys(line.unit for line in lines))
     size = (6.6 * len(units), 7.2 + 0.25 * len(lines))
-    fig, axes = plt.subplots(
-        1,
-        len(units),
-        figsize=size,
-        squeeze=False,
-        layout="constrained",
-        subplot_kw={"projection": "polar"},
-    )
-    for unit, ax in zip(units, axes[0]):
+    _, axes = figure(1, len(units), size, ax, subplot_kw={"projection": "polar"})
+    for unit, panel in zip(units, axes[0]):
         mine = [(k, line) for k, line in enumerate(lines) if line.unit == unit]
-        _draw_polar(ax, mine, response, mark)
-        ax.set_title(
-            f"{heading(response) if title is None else title}\n{ax.get_title()}", fontsize=10
+        _draw_polar(panel, mine, response, mark)
+        panel.set_title(
+            f"{heading(response) if title is None else title}\n{panel.get_title()}", fontsize=10
         )
-    return fig
+    return axes[0]
 
 
 def _draw_polar(ax: Any, lines: list[tuple[int, Line]], response: FrequencyResponse, mark) -> None:

@@ -1,12 +1,22 @@
 """Which parts of a machine a figure is about."""
 
-import numpy as np
+from collections.abc import Sequence
 
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array
+
+from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.rotor import Rotor
+from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.system import assemble
 from ..simulation.response import Response
+
+# Rotors that a figure shows where none is named.
+_MOST = 3
 
 
 def rotors(machine: Machine) -> list[str]:
@@ -15,6 +25,31 @@ def rotors(machine: Machine) -> list[str]:
     found = [n for n, s in named.items() if isinstance(s, (Rotor, RigidBody))]
     found = found or [n for n, s in named.items() if isinstance(s, AbstractInertia)]
     return sorted(found, key=lambda n: -float(np.asarray(getattr(named[n], "mass", 0.0))))
+
+
+def named(given: str | Sequence[str] | None, usual: list[str], what: str) -> list[str]:
+    """The names given, or the usual ones. Raises `InputError` where there are none."""
+    names = usual if given is None else [given] if isinstance(given, str) else list(given)
+    if not names:
+        raise InputError(f"{what}: this machine has none to show: name some")
+    return names
+
+
+def swaying(machine: Machine) -> list[str]:
+    """Rotors that can move across the axis, the three heaviest."""
+    return [name for name in rotors(machine) if machine.sways(name)][:_MOST]
+
+
+def turns(machine: Machine, over: str) -> dict[str, float]:
+    """How many times as fast as one station each one turns, where gears make them differ."""
+    every = np.asarray(_turns(machine))
+    names = structure_of(machine).wiring.stations
+    return dict(zip(names, (every / every[names.index(over)]).tolist()))
+
+
+@eqx.filter_jit
+def _turns(machine: Machine) -> Array:
+    return assemble(machine).turns()
 
 
 def drive(machine: Machine) -> str | None:

@@ -5,12 +5,11 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..core.errors import InputError
-from ..linear.linearise import LinearModel
+from ..linear.linearise import LinearModel, linearize
 from ..linear.modes import Mode, modes
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -19,7 +18,7 @@ from .deflection import PHI, PITCH, Axis, Places, X, Y, Z
 from .linear import HERTZ, RPM
 from .machine import _STEEL as STEEL
 from .space import draw_space, space_panels
-from .style import COLOURS, GREY, figure
+from .style import COLOURS, GREY, Given, figure, figure_of, legend_below
 
 # Modes drawn where none is named.
 _LOWEST = 6
@@ -27,54 +26,80 @@ _LOWEST = 6
 
 def mode_shapes(
     machine: Machine,
-    model: LinearModel,
+    model: LinearModel | float,
     which: Sequence[str | int] | str | int | None = None,
     view: Literal["2d", "3d"] = "2d",
-) -> Figure:
-    """Shapes of modes of `model` (`linearize(machine, speed)`), each to its own scale: largest is 1.
+    ax: Given | None = None,
+) -> np.ndarray:
+    """Shapes of modes of `model`, each to its own scale: largest is 1. A panel for each.
+
+    `model`: `linearize(machine, speed)`, or the speed (rad/s) at which it is linearised.
 
     `which`: names such as "1 forward", or numbers from 1, the lowest; by default the six lowest.
     "2d": lateral modes by x and y, each at the instant at which it is largest, inside the band of their
     orbits' long half axes; torsional ones by phi, axial ones by z. "3d": the stations' orbits, coloured
     by which way they run against the station's own spin, with the centre line at the instant of the dots;
-    torsional modes by turned spokes, axial ones by shifted stations. Raises `InputError` for another
-    view, for a mode that is none, and where no mode oscillates.
+    torsional modes by turned spokes, axial ones by shifted stations.
+
+    `ax`: of the projection "3d" for that view. Raises `InputError` for another view, for a mode that is
+    none, and where no mode oscillates.
     """
     if view not in ("2d", "3d"):
         raise InputError(f'view must be "2d" or "3d", but is {view!r}')
+    model = model if isinstance(model, LinearModel) else linearize(machine, model)
     chosen = _chosen(modes(model, _LOWEST if which is None else None), which)
     where = deflection.places(machine)
     lanes = int(where.lanes.max()) + 1
     if view == "2d":
-        rows, columns = -(-len(chosen) // 2), min(2, len(chosen))
+        columns = min(2, len(chosen)) if ax is None else len(chosen)
+        rows = -(-len(chosen) // columns)
         size = (6.8 * columns, 0.6 + rows * (1.2 + 1.5 * lanes))
-        fig, grid = figure(rows, columns, size)
-        panels, high = list(grid.ravel()), None
-        for ax in panels[len(chosen) :]:
-            ax.remove()
+        grid, high = figure(rows, columns, size, ax)[1].ravel(), None
+        for panel in grid[len(chosen) :]:
+            panel.remove()
+        panels = list(grid[: len(chosen)])
     else:
-        fig, panels, high = space_panels(len(chosen), lanes)
+        panels, high = space_panels(len(chosen), lanes, ax)
     shown: dict[str, Any] = {}
     links = deflection.links(machine, where)
-    for ax, mode in zip(panels, chosen):
+    for panel, mode in zip(panels, chosen):
         at_stations = deflection.station_amplitudes(model, where.names, mode.shape)
         lines = deflection.axes_of(machine, where, at_stations)
         dots = at_stations[:, deflection.SAME]
         left = 0.02 if high else 0.0
-        ax.set_title(_title(mode, float(model.speed)), fontsize=10, loc="left", x=left, y=high)
+        title = _title(mode, float(model.speed))
+        # nobody knows how wide a panel is that is given
+        title = title if ax is None else title.replace(" rpm, ", " rpm,\n")
+        panel.set_title(title, fontsize=10, loc="left", x=left, y=high)
         if view == "2d":
-            _draw_flat(ax, mode.kind, where, lines, links, dots, shown)
+            _draw_flat(panel, mode.kind, where, lines, links, dots, shown)
         else:
-            draw_space(ax, mode.kind, where, lines, links, dots, _senses(model), shown)
-    fig.legend(
-        list(shown.values()),
-        list(shown),
-        loc="outside lower center" if view == "2d" else "lower center",
-        ncols=4,
-        frameon=False,
-        fontsize=9,
-    )
-    return fig
+            draw_space(panel, mode.kind, where, lines, links, dots, _senses(model), shown)
+            for line in panel.lines if ax is not None else ():
+                # a layout measures lines in space as if they were flat, and finds no room
+                line.set_in_layout(False)
+    drawn = np.empty(len(panels), object)
+    drawn[:] = panels
+    handles, names = list(shown.values()), list(shown)
+    if view == "2d" or ax is not None:
+        legend_below(drawn, ax, 4, handles, names)
+    else:  # without a layout, which would pull the overlapping squares apart
+        look: dict[str, Any] = dict(ncols=4, frameon=False, fontsize=9)
+        figure_of(drawn).legend(handles, names, loc="lower center", **look)
+    return drawn
+
+
+def model_shapes(
+    model: LinearModel,
+    machine: Machine,
+    which: Sequence[str | int] | str | int | None = None,
+    view: Literal["2d", "3d"] = "2d",
+    ax: Given | None = None,
+) -> np.ndarray:
+    """Shapes of modes of a model, on the `machine` that it was made of. The rest as in `mode_shapes`:
+    `which` by names such as "1 forward" or numbers from 1, by default the six lowest; `view` flat or in
+    space."""
+    return mode_shapes(machine, model, which, view, ax)
 
 
 def _chosen(found: list[Mode], which) -> list[Mode]:

@@ -2,16 +2,14 @@
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..linear.modes import word_of
 from . import deflection
 from .deflection import PHI, PITCH, Axis, Places, X, Y, Z
 from .linear import _LOOK
-from .style import GREY
+from .style import GREY, Given, figure, new_figure
 
 # Below this share of circularity an orbit has no direction worth a colour; orbits smaller than this
 # part of the largest cannot be seen.
@@ -24,12 +22,15 @@ _WIDE, _TITLE, _LEGEND = 6.8, 0.25, 0.7
 _ANGLES = np.linspace(0.0, 2 * np.pi, 73)
 
 
-def space_panels(count: int, lanes: int) -> tuple[Figure, list[Any], float]:
-    """A figure, its panels in two columns, and how high in a panel its title stands. What is drawn in
+def space_panels(count: int, lanes: int, ax: Given | None) -> tuple[list[Any], float | None]:
+    """Panels in two columns of a new figure, and how high in a panel its title stands. What is drawn in
     space fills but the middle of a square: the squares overlap, so that the drawings need not be small."""
+    if ax is not None:
+        axes = figure(1, count, ax=ax, subplot_kw={"projection": "3d"})[1]
+        return list(axes[0]), None
     rows, columns, high = -(-count // 2), min(2, count), 1.75 + 1.35 * lanes
     size = columns * _WIDE, rows * high + _LEGEND
-    fig = plt.figure(figsize=size)
+    fig = new_figure(size)
     axes = []
     for k in range(count):
         left, middle = (k % 2) * _WIDE, size[1] - (k // 2 + 0.5) * high - _TITLE / 2
@@ -37,7 +38,7 @@ def space_panels(count: int, lanes: int) -> tuple[Figure, list[Any], float]:
         scaled = [x / size[i % 2] for i, x in enumerate(place)]
         axes.append(fig.add_axes(scaled, projection="3d"))  # pyright: ignore
         axes[-1].patch.set_visible(False)
-    return fig, axes, 0.5 + (high - _TITLE) / 2 / _WIDE
+    return axes, 0.5 + (high - _TITLE) / 2 / _WIDE
 
 
 def draw_space(

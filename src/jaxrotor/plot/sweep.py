@@ -8,9 +8,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..core.errors import InputError
+from ..machine.wiring import unknown
 from ..sweeps.statistics import axes_of, done, numbers_of, ran_to_end, share
 from .labels import number, readable
-from .style import COLOURS, GREY, envelope, figure, label, legend
+from .style import COLOURS, GREY, Given, envelope, figure, label, legend
 
 _PERCENT = (5, 25, 50, 75, 95)
 # Values that are read for one figure over time, and points beyond which only an envelope is seen.
@@ -27,13 +29,32 @@ def quantity_label(found: xr.Dataset, name: str, values: Any = None) -> tuple[fl
     return size, f"{name}, {unit}" if unit else name
 
 
+def _numbers(found: xr.Dataset, names: str | Sequence[str]) -> dict[str, np.ndarray]:
+    """Those of the named outputs that are one number for each machine."""
+    wanted = [names] if isinstance(names, str) else list(names)
+    for name in wanted:
+        if name not in found:
+            raise InputError(f"names: {unknown('output', name, map(str, found.data_vars))}")
+    numbers = numbers_of(found, wanted)
+    if not numbers:
+        raise InputError(
+            f"names: none of {', '.join(wanted)} is one number for each case: draw it over time or speed, by "
+            "percentile_bands or grid_over"
+        )
+    return numbers
+
+
 def distributions(
-    found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] | None = None
-) -> Figure:
+    found: xr.Dataset,
+    names: str | Sequence[str],
+    limits: Mapping[str, Any] | None = None,
+    ax: Given | None = None,
+) -> np.ndarray:
     """Of each output that is one number: a histogram, and the share of cases that do not exceed a value.
-    Dashed: its limit (`limits`: name -> something with a `value` and `met`)."""
-    limits, numbers = limits or {}, numbers_of(found, names)
-    fig, axes = figure(len(numbers), 2, (11.0, 0.6 + 2.9 * len(numbers)))
+    Dashed: its limit (`limits`: name -> something with a `value` and `met`). Raises `InputError` where
+    a name is no output, or none of them is one number for each case."""
+    limits, numbers = limits or {}, _numbers(found, names)
+    _, axes = figure(len(numbers), 2, (11.0, 0.6 + 2.9 * len(numbers)), ax)
     for (left, right), (name, values) in zip(axes, numbers.items()):
         sound = np.sort(values[np.isfinite(values)])
         size, words = quantity_label(found, name, values)
@@ -64,8 +85,8 @@ def distributions(
             )  # fmt: skip
         if name in limits:
             one = limits[name]
-            for ax in (left, right):
-                ax.axvline(size * one.value, color="black", linewidth=1.1, linestyle="--")
+            for panel in (left, right):
+                panel.axvline(size * one.value, color="black", linewidth=1.1, linestyle="--")
             part, low, high = share(one.met(sound))
             unit = words.partition(", ")[2]
             right.set_title(
@@ -74,10 +95,12 @@ def distributions(
                 fontsize=9, loc="left",
             )  # fmt: skip
         left.set_title(f"{sound.size} cases; lines: 5, 50 and 95 %", fontsize=9, loc="left")
-    return fig
+    return axes
 
 
-def percentile_bands(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
+def percentile_bands(
+    found: xr.Dataset, name: str, limit: Any = None, ax: Given | None = None
+) -> Axes:
     """An output over speed or time: the median, half and nine tenths of the cases that ran to their end, at
     each point. Where an oscillation is too dense to be followed, the bands enclose it. `found` may be a store
     that still grows, `xarray.open_zarr(...)`."""
@@ -97,20 +120,22 @@ def percentile_bands(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
         low, quarter = (envelope(v, window)[0] for v in (low, quarter))
         upper, high = (envelope(v, window)[1] for v in (upper, high))
     x = x * (30 / np.pi if over_speed else 1.0)
-    fig, axes = figure(1, 1, (9.5, 5.0))
-    ax = axes[0, 0]
+    _, axes = figure(1, 1, (9.5, 5.0), ax)
+    panel = axes[0, 0]
     sizes = dict(color=COLOURS[0], linewidth=0)
-    ax.fill_between(x, size * low, size * high, alpha=0.2, label="5 to 95 %", **sizes)
-    ax.fill_between(x, size * quarter, size * upper, alpha=0.4, label="25 to 75 %", **sizes)
-    ax.plot(x, size * middle, color=COLOURS[1], linewidth=0.5 if dense else 1.6, label="median")
+    panel.fill_between(x, size * low, size * high, alpha=0.2, label="5 to 95 %", **sizes)
+    panel.fill_between(x, size * quarter, size * upper, alpha=0.4, label="25 to 75 %", **sizes)
+    panel.plot(x, size * middle, color=COLOURS[1], linewidth=0.5 if dense else 1.6, label="median")
     if limit is not None:
-        ax.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--", label="limit")
+        panel.axhline(
+            size * limit.value, color="black", linewidth=1.1, linestyle="--", label="limit"
+        )
     if over_speed and np.nanmin(low, initial=0.0) >= 0:
-        ax.set_ylim(0, None)
-    ax.set_xlim(float(x[0]), float(x[-1]))
-    label(ax, "speed, rpm" if over_speed else "time, s", words)
-    legend(ax, ncols=4, **_ABOVE)
-    return fig
+        panel.set_ylim(0, None)
+    panel.set_xlim(float(x[0]), float(x[-1]))
+    label(panel, "speed, rpm" if over_speed else "time, s", words)
+    legend(panel, ncols=4, **_ABOVE)
+    return panel
 
 
 def _quantiles(values: np.ndarray) -> np.ndarray:
@@ -122,57 +147,68 @@ def _quantiles(values: np.ndarray) -> np.ndarray:
 
 
 def grid_lines(
-    found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] | None = None
-) -> Figure:
-    """Of a grid of one axis: each output that is one number, over it."""
+    found: xr.Dataset,
+    names: str | Sequence[str],
+    limits: Mapping[str, Any] | None = None,
+    ax: Given | None = None,
+) -> np.ndarray:
+    """Of a grid of one axis: each output that is one number, over it. Raises `InputError` where a name
+    is no output, or none of them is one number for each case."""
     (path,) = axes_of(found)
-    numbers, limits = numbers_of(found, names), limits or {}
+    numbers, limits = _numbers(found, names), limits or {}
     x_size, x_words = quantity_label(found, path)
     x = x_size * found[path].values
     order = np.argsort(x)
-    fig, axes = figure(len(numbers), 1, (8.5, 1.0 + 2.8 * len(numbers)), sharex=True)
-    for ax, (name, values) in zip(axes[:, 0], numbers.items()):
+    _, axes = figure(len(numbers), 1, (8.5, 1.0 + 2.8 * len(numbers)), ax, sharex=True)
+    for panel, (name, values) in zip(axes[:, 0], numbers.items()):
         size, words = quantity_label(found, name, values)
-        ax.plot(x[order], size * values[order], "o-", color=COLOURS[0], markersize=4, linewidth=1.3)
+        panel.plot(
+            x[order], size * values[order], "o-", color=COLOURS[0], markersize=4, linewidth=1.3
+        )
         if name in limits:
-            ax.axhline(size * limits[name].value, color="black", linewidth=1.1, linestyle="--")
-            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
-        label(ax, "", words)
+            panel.axhline(size * limits[name].value, color="black", linewidth=1.1, linestyle="--")
+            panel.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
+        label(panel, "", words)
     _scaled(axes[-1, 0], found[path].values, "x")
     axes[-1, 0].set_xlabel(x_words)
-    return fig
+    return axes[:, 0]
 
 
 def grid_map(
-    found: xr.Dataset, names: Sequence[str], limits: Mapping[str, Any] | None = None
-) -> Figure:
+    found: xr.Dataset,
+    names: str | Sequence[str],
+    limits: Mapping[str, Any] | None = None,
+    ax: Given | None = None,
+) -> np.ndarray:
     """Of a grid of two axes: each output that is one number, as a map; dashed its limit. Cases that failed
-    are white."""
+    are white. Raises `InputError` where a name is no output, or none of them is one number for each
+    case."""
     first, second = axes_of(found)
-    numbers, limits = numbers_of(found, names), limits or {}
+    numbers, limits = _numbers(found, names), limits or {}
     (x_size, x_words), (y_size, y_words) = (quantity_label(found, p) for p in (second, first))
     x, y = x_size * found[second].values, y_size * found[first].values
     across, up = np.argsort(x), np.argsort(y)
-    columns = min(2, len(numbers))
+    columns = min(2, len(numbers)) if ax is None else len(numbers)
     rows = -(-len(numbers) // columns)
-    fig, axes = figure(rows, columns, (0.6 + 6.0 * columns, 4.6 * rows))
-    for ax in axes.ravel()[len(numbers) :]:
-        ax.set_visible(False)
-    for ax, (name, values) in zip(axes.ravel(), numbers.items()):
+    fig, axes = figure(rows, columns, (0.6 + 6.0 * columns, 4.6 * rows), ax)
+    for panel in axes.ravel()[len(numbers) :]:
+        panel.set_visible(False)
+    drawn = axes.ravel()[: len(numbers)]
+    for panel, (name, values) in zip(drawn, numbers.items()):
         size, words = quantity_label(found, name, values)
         z = size * values.reshape(len(y), len(x))[up][:, across]
-        _map(fig, ax, x[across], y[up], z, words)
-        _scaled(ax, found[second].values, "x")
-        _scaled(ax, found[first].values, "y")
+        _map(fig, panel, x[across], y[up], z, words)
+        _scaled(panel, found[second].values, "x")
+        _scaled(panel, found[first].values, "y")
         if name in limits and np.nanmin(z) < size * limits[name].value < np.nanmax(z):
             at = [size * limits[name].value]
-            ax.contour(x[across], y[up], z, at, colors="#D55E00", linestyles="--", linewidths=2)
-            ax.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
-        label(ax, x_words, y_words)
-    return fig
+            panel.contour(x[across], y[up], z, at, colors="#D55E00", linestyles="--", linewidths=2)
+            panel.set_title(_dashed(limits[name], size, words), fontsize=9, loc="left")
+        label(panel, x_words, y_words)
+    return drawn
 
 
-def grid_over(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
+def grid_over(found: xr.Dataset, name: str, limit: Any = None, ax: Given | None = None) -> Axes:
     """Of a grid of one axis: an output over speed or time, a line for each value; of many values a map."""
     (path,) = axes_of(found)
     array = found[name]
@@ -184,22 +220,22 @@ def grid_over(found: xr.Dataset, name: str, limit: Any = None) -> Figure:
     size, words = quantity_label(found, name, values)
     p_size, p_words = quantity_label(found, path)
     at = p_size * found[path].values[order]
-    fig, axes = figure(1, 1, (9.5, 5.0))
-    ax = axes[0, 0]
+    fig, axes = figure(1, 1, (9.5, 5.0), ax)
+    panel = axes[0, 0]
     if len(at) <= len(COLOURS):
         for k, row in enumerate(values):
-            ax.plot(x, size * row, color=COLOURS[k], linewidth=1.2, label=number(at[k]))
+            panel.plot(x, size * row, color=COLOURS[k], linewidth=1.2, label=number(at[k]))
         if limit is not None:
-            ax.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--")
-        legend(ax, title=p_words, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        label(ax, "speed, rpm" if over_speed else "time, s", words)
-        ax.set_xlim(float(x[0]), float(x[-1]))
-        return fig
+            panel.axhline(size * limit.value, color="black", linewidth=1.1, linestyle="--")
+        legend(panel, title=p_words, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        label(panel, "speed, rpm" if over_speed else "time, s", words)
+        panel.set_xlim(float(x[0]), float(x[-1]))
+        return panel
     thin = max(1, len(x) // 1500)
-    _map(fig, ax, x[::thin], at, size * values[:, ::thin], words)
-    _scaled(ax, found[path].values, "y")
-    label(ax, "speed, rpm" if over_speed else "time, s", p_words)
-    return fig
+    _map(fig, panel, x[::thin], at, size * values[:, ::thin], words)
+    _scaled(panel, found[path].values, "y")
+    label(panel, "speed, rpm" if over_speed else "time, s", p_words)
+    return panel
 
 
 def _map(fig: Figure, ax: Axes, x: np.ndarray, y: np.ndarray, z: np.ndarray, words: str) -> None:

@@ -34,6 +34,10 @@ class Twist(AbstractSensor):
     """How far the second station has turned ahead of the first, rad, their difference at the start
     included; measured as the twist of shafts is, by `chi = phi + psi theta/2`.
 
+    Where gears stand between them, `chi_second * (w_first / w_second) - chi_first` as seen at the first: a
+    line that turns as a whole has none, however fast and which way round each side turns. The ratio of
+    speeds is the gears' own (`GearMesh.ratio`, of several meshes the product).
+
     From the state, which is measured from the drive: after thousands of turns nothing is lost to rounding.
     (In a line without a given spin the state itself holds whole angles.)
     """
@@ -55,6 +59,9 @@ def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Arr
     system = assemble(machine)
     layout = system.layout
     a, b = (layout.internal[k] for k in places)
+    # what both turn with the drive cancels: chi is `turned` and so many times the drive's angle
+    turns = system.turns()
+    ratio = 1.0 if system.turn is None else turns[places[0]] / turns[places[1]]
 
     def one(t, y):
         reference = system.reference(t)
@@ -63,12 +70,7 @@ def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Arr
             turn = 1.0 if system.turn is None else system.turn[layout.n_nodes :]
             given = system.given(t, reference)[0][5] - turn * reference[0]
             turned = jnp.concatenate([turned, given])
-        ahead = turned[b] - turned[a]
-        if system.turn is None:
-            return ahead
-        shift = layout.n_nodes - layout.n_mass
-        first, second = (system.turn[k + shift if k >= layout.n_mass else k] for k in (a, b))
-        return ahead + (second - first) * reference[0]
+        return ratio * turned[b] - turned[a]
 
     return jax.vmap(one)(t, y)
 

@@ -1,11 +1,11 @@
 """Whose force law gives no number."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.protocol import Acting
+from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, node_motions
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -24,7 +24,7 @@ def not_finite(
     return None
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _sound_parts(machine: Machine, t: Array, y: Array | None) -> dict[str, tuple[Array, Array]]:
     """Of each part that acts: whether its forces, and their slopes, are finite."""
     system = assemble(machine)

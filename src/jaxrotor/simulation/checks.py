@@ -3,7 +3,6 @@
 import os
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from ..core.arguments import positive
 from ..core.errors import InputError
 from ..core.parameter import is_concrete, known, numbers
 from ..core.protocol import AbstractPrescribed
+from ..core.quick import quickly_compiled
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -154,7 +154,7 @@ def _drive_speed(machine: Machine) -> Float[Array, ""]:
     return _reference_speed(machine)
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _reference_speed(machine: Machine) -> Float[Array, ""]:
     return assemble(machine).reference(jnp.zeros(()))[1]
 

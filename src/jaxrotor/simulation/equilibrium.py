@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -11,6 +10,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import known, numbers
+from ..core.quick import quickly_compiled
 from ..integrators.newton import newton_root
 from ..machine.field import Reference, initial_states, n_free, net_loads
 from ..machine.lineup import structure_of
@@ -37,7 +37,7 @@ def static_equilibrium(machine: Machine) -> State:
     return state
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _equilibrium(machine: Machine) -> tuple[State, Array]:
     system = assemble(machine)
     zero = jnp.zeros(())

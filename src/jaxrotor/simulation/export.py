@@ -1,5 +1,8 @@
 """A response as an `xarray.Dataset`, with units and with how it was made."""
 
+import re
+import unicodedata
+from collections.abc import Container
 from importlib import metadata
 
 import jax
@@ -15,6 +18,9 @@ _MOTION = {
     "acceleration": "m/s^2, rad/s^2",
     "reaction": "N, N*m",
 }
+
+
+_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 
 def versions() -> dict[str, str]:
@@ -43,8 +49,9 @@ def to_xarray(response: Response) -> xarray.Dataset:
         name: xarray.DataArray(np.asarray(values), dims=dims, attrs={"units": _MOTION[name]})
         for name, values in arrays.items()
     }
+    speeds = np.stack([np.asarray(response[n].speed) for n in names], axis=1)  # pyright: ignore
     data["speed"] = xarray.DataArray(
-        np.stack([np.asarray(response[n].speed) for n in names], axis=1),  # pyright: ignore
+        speeds,
         dims=("time", "station"),
         attrs={"units": "rad/s", "long_name": "speed about the shaft's own axis"},
     )
@@ -53,20 +60,27 @@ def to_xarray(response: Response) -> xarray.Dataset:
         dims=("time", "station", "axis"),
         attrs={"units": "m"},
     )
+
+    def add(part: str, quantity: str, values: np.ndarray, unit: str, *extra: str) -> None:
+        about = {"long_name": f"{part}: {quantity.replace('_', ' ')}", "units": unit}
+        data[_variable(part, quantity, data)] = xarray.DataArray(
+            values, dims=("time", *extra), attrs={**about, "element": part, "quantity": quantity}
+        )
+
+    q = np.asarray(whole.q)
+    for i, name in enumerate(names):
+        for k, (coordinate, unit) in enumerate(zip(COORDINATES, _UNITS)):
+            add(name, coordinate, q[:, i, k], unit)
+        add(name, "speed", speeds[:, i], "rad/s")
     for name, part in parts.items():
         for signal, unit in part.signals().items():
             values = np.asarray(getattr(part, signal))
             extra = ("axis",) if values.ndim == 2 and values.shape[1] == 3 else ()
             extra = extra or tuple(f"{signal}_{i}" for i in range(values.ndim - 1))
-            data[f"{name}: {signal}"] = xarray.DataArray(
-                values, dims=("time", *extra), attrs={"units": unit, "element": name}
-            )
+            add(name, signal, values, unit, *extra)
         if isinstance(part, ConnectorResponse):
-            data[f"{name}: forces"] = xarray.DataArray(
-                np.asarray(part.forces),
-                dims=("time", f"end_{part.forces.shape[1]}", "coordinate"),
-                attrs={"units": "N, N*m", "element": name},
-            )
+            values = np.asarray(part.forces)
+            add(name, "forces", values, "N, N*m", f"end_{values.shape[1]}", "coordinate")
     parameters = {
         path: np.asarray(value).tolist() for path, value in response.machine.parameters().items()
     }
@@ -86,3 +100,15 @@ def to_xarray(response: Response) -> xarray.Dataset:
             "parameters": str(parameters),
         },
     )
+
+
+def _variable(part: str, quantity: str, taken: Container[str]) -> str:
+    """`part_quantity` as Python can write it behind a dot: `ds.shaft_2_torque`. Where two parts would share a
+    name ("a b" and "a_b"), or a dataset has it for itself, a number behind tells them apart."""
+    name = re.sub(r"\W", "_", unicodedata.normalize("NFKC", f"{part}_{quantity}"))
+    if not name.isidentifier():  # it begins with a digit
+        name = f"part_{name}"
+    free, k = name, 2
+    while free in taken or hasattr(xarray.Dataset, free):
+        free, k = f"{name}_{k}", k + 1
+    return free

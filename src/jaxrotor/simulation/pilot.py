@@ -15,6 +15,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import is_concrete
 from ..core.protocol import AbstractPrescribed
+from ..core.quick import quickly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
@@ -148,7 +149,7 @@ def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) ->
     return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], when)
 
 
-@eqx.filter_jit
+@quickly_compiled
 def pilot(machine, instants, interval, substeps, top, order: int) -> Float[Array, ""]:
     """Largest difference between a step and its half, over all pilots, as part of the peak.
 

@@ -2,13 +2,13 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.parameter import numbers
+from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from ..machine.system import assemble, jump_times
 from ..profiles.motion import AbstractMotion
@@ -27,7 +27,7 @@ class Prescribed(NamedTuple):
     jumps: Float[Array, " j"]
 
 
-@eqx.filter_jit
+@quickly_compiled
 def prescribed(machine: Machine, times: Float[Array, " nt"]) -> Prescribed:
     system = assemble(machine)
     kinds = (AbstractSchedule, AbstractMotion)

@@ -2,13 +2,13 @@
 
 import warnings
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..core.parameter import numbers
 from ..core.protocol import Tabulated
+from ..core.quick import quickly_compiled
 from ..machine.field import node_motions
 from ..machine.machine import Machine
 from ..machine.system import assemble
@@ -39,7 +39,7 @@ def tell_ranges(response: Response) -> None:
             )
 
 
-@eqx.filter_jit
+@quickly_compiled
 def _seen(machine: Machine, t: Array, y: Array) -> dict[str, tuple[Array, Array]]:
     """Least and largest value that each table was entered with, and its first and last row."""
     system = assemble(machine)

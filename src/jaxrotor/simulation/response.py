@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import names, path
-from ..core.doors import through
+from ..core.doors import plot_door, through
 from ..core.errors import InputError
 from ..core.files import written_whole
 from ..core.gate import takes
@@ -51,6 +51,8 @@ class Response(eqx.Module):
     t: Float[Array, " nt"]
     y: Float[Array, "nt d"]
     info: RunInfo
+
+    plot = plot_door()
 
     def __repr__(self) -> str:
         return through("simulation.response_text", "response_text")(self)
@@ -103,8 +105,12 @@ class Response(eqx.Module):
         return eqx.tree_at(lambda r: (r.t, r.y), self, (self.t[:sample], self.y[:sample]))
 
     def to_xarray(self) -> "xarray.Dataset":
-        """An `xarray.Dataset`: position, velocity, acceleration and reaction over time, station and
-        coordinate, the elements' own signals over time and element; units and settings as attributes.
+        """An `xarray.Dataset`: `position`, `velocity`, `acceleration` and `reaction` (time, station,
+        coordinate), `speed` and `mass_centre`; and one by one, as `part_quantity`, each station's
+        coordinates and speed, the elements' own signals and what each exerts: `ds.main_x`,
+        `ds.rubber_torque`, `ds.rubber_forces`. What no name may hold becomes `_` (`"shaft 2"`:
+        `ds.shaft_2_torque`); where two would be the same, the later has a number behind. Units, long names,
+        `element` and `quantity` are attributes, and so is how it was run.
         """
         return through("simulation.export", "to_xarray")(self)
 

@@ -1,4 +1,4 @@
-"""Runs a machine through time: check, plan, then one program that assembles, prepares and marches."""
+"""Runs a machine through time: check, plan, start, then one program that assembles, prepares and marches."""
 
 import dataclasses
 import time
@@ -16,6 +16,7 @@ from ..core.arguments import number, positive
 from ..core.errors import SimulationInterrupted
 from ..core.gate import either, takes
 from ..core.parameter import is_concrete, numbers, require_x64
+from ..core.quick import quickly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
@@ -26,7 +27,7 @@ from .plan import Plan, refined
 from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
-from .run_setup import RunSetup, assembled, march_through, prepare, set_up
+from .run_setup import Marched, RunSetup, assembled, march_through, prepare, set_up
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start
@@ -195,7 +196,8 @@ def _run(
         told = under_way is not None
 
         def call():
-            found = _program(machine, setup, told, concrete)
+            y0, checks = _start(machine, setup)
+            found = *_march(machine, setup, y0, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
         try:
@@ -214,14 +216,17 @@ def _run(
     return told_of(setup.times, y, steps=steps, error=error, steady_gap=gap), checks
 
 
+@quickly_compiled
+def _start(machine: Machine, setup: RunSetup) -> tuple[Array, Array]:
+    """The state at t = 0, and checks of it."""
+    return start(*assembled(machine, setup), setup.initial, setup.speed)
+
+
 @eqx.filter_jit
-def _program(machine: Machine, setup: RunSetup, told: bool, judged: bool):
-    """States at the samples, steps, the run's own error (where it is `judged`), and checks of the start."""
-    system, balanced = assembled(machine, setup)
-    y0, checks = start(system, balanced, setup.initial, setup.speed)
-    prepared = prepare(system, balanced, setup, judged=judged)
-    marched = march_through(prepared, setup, y0, told=told)
-    return *marched, checks
+def _march(machine: Machine, setup: RunSetup, y0: Array, told: bool, judged: bool) -> Marched:
+    """`judged`: with the run's own error."""
+    prepared = prepare(*assembled(machine, setup), setup, judged=judged)
+    return march_through(prepared, setup, y0, told=told)
 
 
 def _is_known(machine: Machine, simulation: Simulation, speed: Any) -> bool:

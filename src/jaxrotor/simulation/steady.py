@@ -1,11 +1,11 @@
 """Steady running: the periodic whirl at a constant speed, by shooting over one turn."""
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..core.quick import quickly_compiled
 from ..integrators.exponential import ETD4RK
 from ..integrators.march import march
 from ..integrators.newton import newton_root
@@ -62,7 +62,7 @@ def steady_whirl(
     return from_flat(zero, y, system, (angle, speed, zero)), y, missed
 
 
-@eqx.filter_jit
+@quickly_compiled
 def steady(machine: Machine, speed: Float[Array, ""]) -> tuple[State, Array]:
     system, balanced = assemble(machine), assemble(machine, nominal=True)
     state, _, missed = steady_whirl(system, balanced, speed)

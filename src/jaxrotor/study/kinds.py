@@ -1,24 +1,23 @@
 """Which class a `kind` means. There is no register: the public names of jaxrotor's packages are looked
 through, so a new element is known to study files as soon as it is public."""
 
-import functools
 import importlib
 import inspect
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import equinox as eqx
 
-from .. import elements, integrators, objectives, optimization, profiles, sensors, sweeps
+from .. import elements
 from .mistakes import Faults, guess
 
 
 def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
     """name -> class, for every public class of jaxrotor that is a `base` and can be built."""
-    found = {name: getattr(room, name) for name, room in sorted(_rooms().items())}
-    return {name: c for name, c in found.items() if _fits(c, base)}
+    packages = [importlib.import_module(f"..{room}", __package__) for room in _ROOMS]
+    found = {name: getattr(package, name) for package in packages for name in dir(package)}
+    return {name: c for name, c in sorted(found.items()) if _fits(c, base)}
 
 
 def public_constants() -> dict[str, Any]:
@@ -27,11 +26,17 @@ def public_constants() -> dict[str, Any]:
     return {name: value for name, value in found.items() if isinstance(value, eqx.Module)}
 
 
-@functools.cache
-def _rooms() -> dict[str, ModuleType]:
-    """Public name -> its package, which loads it when it is asked for."""
-    rooms = (elements, integrators, objectives, optimization, profiles, sensors, sweeps)
-    return {name: room for room in rooms for name in dir(room)}
+# Where they stand; what is found in one is not looked for in the next, nor is that loaded.
+_ROOMS = ("elements", "profiles", "integrators", "objectives", "sensors", "optimization", "sweeps")
+
+
+def _public(kind: str) -> Any:
+    """The public thing of that name, or `None`."""
+    for room in _ROOMS:
+        package = importlib.import_module(f"..{room}", __package__)
+        if kind in dir(package):
+            return getattr(package, kind)
+    return None
 
 
 def find_kind(
@@ -50,7 +55,7 @@ def find_kind(
         faults.add(place, f'{prefix}kind must be a text such as "Rotor", but is {kind!r}: quote it')
         return None
     if ":" not in kind:
-        cls = getattr(_rooms()[kind], kind) if kind in _rooms() else None
+        cls = _public(kind)
         if _fits(cls, base):
             return cls
         faults.add(

@@ -22,7 +22,7 @@ def save_csv(
         raise InputError(
             "this is a batch of responses: write one of them, `response.member(i).to_csv(...)`"
         )
-    wanted = _wanted(response, names)
+    wanted = wanted_quantities(response, names)
     columns, units = [], []
     for name in ("t", *wanted):
         values, unit = read_quantity(response, name)
@@ -33,7 +33,7 @@ def save_csv(
     return Path(path)
 
 
-def _wanted(response: Any, names: str | Sequence[str] | None) -> list[str]:
+def wanted_quantities(response: Any, names: str | Sequence[str] | None) -> list[str]:
     """All of them known, each once."""
     known = quantities(response.machine)
     if names is None:

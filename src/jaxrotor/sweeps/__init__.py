@@ -2,4 +2,6 @@
 
 import lazy_loader
 
+from . import accessor as _accessor  # datasets know it from here on
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -89,7 +89,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
     """
 
     controller: AbstractController
-    measured: AbstractFeedback = TwistOf()
+    measured: AbstractFeedback = eqx.field(default_factory=TwistOf)
     actuator: Actuator = eqx.field(default_factory=ideal)
     between: bool = eqx.field(static=True, default=False)
     cutoff: Float[Array, ""] | None = parameter("Hz", positive=True, optional=True, default=None)

@@ -40,7 +40,7 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
 
     controller: AbstractController
     period: float = eqx.field(static=True)
-    measured: AbstractFeedback = TwistOf()
+    measured: AbstractFeedback = eqx.field(default_factory=TwistOf)
     delay: float = eqx.field(static=True, default=0.0)
     actuator: Actuator = eqx.field(default_factory=ideal)
     noise: Float[Array, " k"] | None = parameter(

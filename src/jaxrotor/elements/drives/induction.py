@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ...core.arguments import whole
+from ...core.arguments import number, whole
 from ...core.parameter import as_float64, parameter
 from ...core.part import option
 from ...core.protocol import (
@@ -20,7 +20,7 @@ from ...core.protocol import (
     Timed,
     Vec6,
 )
-from ...profiles.schedule import AbstractSchedule, as_schedule
+from ...profiles.schedule import AbstractSchedule, Step, as_schedule
 from .load import about_axis
 from .nameplate import equivalent_circuit
 
@@ -143,6 +143,7 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         breakdown_torque_ratio: float,
         starting_torque_ratio: float | None = None,
         starting_current_ratio: float | None = None,
+        switch_on: Any = None,
     ) -> "InductionMotor":
         """A motor fitted to its nameplate (catalogue) data.
 
@@ -153,11 +154,15 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         - `power_factor`, `efficiency`: at full load, parts of one.
         - `breakdown_torque_ratio`, `starting_torque_ratio`, `starting_current_ratio`: parts of the
           full-load torque and current.
+        - `switch_on`: s, when the whole voltage is switched on: a parameter, `"motor.voltage.time"`; left
+          out, it is there from the start. For a soft start or a blackout replace the motor's `voltage`.
 
         One circuit with constant numbers cannot meet everything, above all not the starting values
         of a deep-bar rotor: a warning tells what is missed by over 3 %. All losses are taken as
         copper losses. Raises `InputError` where the data cannot be of one motor.
         """
+        if switch_on is not None:
+            switch_on = number("s")(switch_on, "InductionMotor.from_nameplate: switch_on")
         circuit, pole_pairs = equivalent_circuit(
             power,
             line_voltage,
@@ -170,5 +175,6 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
             starting_current_ratio,
         )
         peak = line_voltage * (2 / 3) ** 0.5
+        voltage = peak if switch_on is None else Step(switch_on, peak)
         numbers = map(as_float64, circuit)
-        return cls(*numbers, voltage=peak, frequency=frequency, pole_pairs=pole_pairs)
+        return cls(*numbers, voltage=voltage, frequency=frequency, pole_pairs=pole_pairs)

@@ -1,7 +1,7 @@
 """The rigid rotor with static and dynamic unbalance and geometric imperfection."""
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,6 +11,7 @@ from ...core.kinematics import Vector, dot, from_tilted, rotation
 from ...core.parameter import parameter
 from ...core.part import Part
 from ...core.protocol import AbstractInertia, Ended, Nominal, Vec6
+from .cylinder import cylinder
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
 from .unbalance import Unbalance
 
@@ -56,6 +57,36 @@ class Rotor(AbstractInertia, Ended, Nominal):
     )
 
     ports: ClassVar[tuple[str, ...]] = ("mass_centre", "left", "right")
+
+    @classmethod
+    def from_dimensions(
+        cls,
+        diameter: Any,
+        length: Any,
+        material: Any,
+        bore: Any = 0.0,
+        mass: Any = None,
+        unbalance: Unbalance | None = None,
+        imperfection: Imperfection | None = None,
+        angle: Any = 0.0,
+        ends: Any = None,
+    ) -> "Rotor":
+        """A cylinder, solid or with a `bore` along its axis, its geometric centre in the middle.
+
+        **Arguments:**
+
+        - `diameter`, `length`, `bore`: m. - `material`: a `Material` such as `STEEL`, of which the density
+          counts, or a density in kg/m³.
+        - `mass`: kg, where it was weighed: the inertias are those of the cylinder with this mass. A warning
+          tells where it is off by over 3 % from what dimensions and density make.
+        - `unbalance`, `imperfection`, `angle`, `ends`: as for `Rotor`; shafts that end at its faces:
+          `ends=(length / 2, length / 2)`.
+
+        Differentiable by all dimensions. Raises `InputError` where they cannot be those of a cylinder.
+        """
+        figures = cylinder(diameter, length, material, bore, mass)
+        balance = Unbalance() if unbalance is None else unbalance
+        return cls(*figures, balance, imperfection, angle, ends)
 
     def faults(self) -> Iterator[str]:
         jp, jt = float(self.polar_inertia), float(self.transverse_inertia)
