@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint benchmark clean
+.PHONY: help demo test lint matrix benchmark clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -20,6 +20,10 @@ lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/python docs/typed.py
+
+matrix: ## the tests on each Python and JAX that is supported, as far as this machine has them
+	WORKERS=$(WORKERS) PYTEST_ARGS="$(PYTEST_ARGS)" .ci/matrix
 
 benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
 	for name in vector_field startup growth campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done

@@ -4,6 +4,7 @@ the README and the docs, run as tests."""
 import gc
 import os
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 os.environ["JAX_ENABLE_X64"] = "1"
@@ -13,11 +14,15 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 # Nearly all of the tests' time is compiling: quick code that runs at half the speed takes a quarter of it.
 # Pieces compiled side by side cost more in all, and the other cores have tests of their own.
-os.environ.setdefault(
-    "XLA_FLAGS",
-    "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false "
-    "--xla_cpu_opt_preset=CPU_OPT_PRESET_FAST_COMPILE --xla_cpu_parallel_codegen_split_count=1",
+QUICK = (
+    "--xla_backend_optimization_level=0 --xla_cpu_opt_preset=CPU_OPT_PRESET_FAST_COMPILE "
+    "--xla_cpu_parallel_codegen_split_count=1"
 )
+if version("jaxlib").startswith(
+    "0.10."
+):  # later ones end the process at a flag that they do not know
+    QUICK += " --xla_cpu_use_fusion_emitters=false"
+os.environ.setdefault("XLA_FLAGS", QUICK)
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 import jax

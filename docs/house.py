@@ -74,6 +74,30 @@ def arrows() -> dict[tuple[str, str], list[str]]:
     return found
 
 
+def circles() -> list[list[str]]:
+    """Files that import each other, in whatever round; what a function imports, or a type checker, counts."""
+    uses: dict[str, set[str]] = {}
+    for file in SOURCE.rglob("[!_]*.py"):
+        modules = (SOURCE.joinpath(*module).with_suffix(".py") for module in imports(file))
+        uses[_name(file)] = {_name(module) for module in modules if module.is_file()}
+
+    def reached(name: str) -> set[str]:
+        found, waiting = set(), [name]
+        while waiting:
+            new = uses.get(waiting.pop(), set()) - found
+            found |= new
+            waiting += new
+        return found
+
+    far = {name: reached(name) for name in uses}
+    rounds = {tuple(sorted(b for b in far[a] if a in far.get(b, ()))) for a in uses if a in far[a]}
+    return sorted(map(list, rounds))
+
+
+def _name(file: Path) -> str:
+    return file.relative_to(SOURCE).as_posix()
+
+
 def page() -> str:
     """The map, in Markdown."""
     found = arrows()

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
+from jaxrotor import simulation
 from jaxrotor.commands.cli import main
 from jaxrotor.core.errors import SimulationFailed
-from jaxrotor.study import study
 
 STUDY = """
 title = "a disc on a shaft"
@@ -61,7 +61,7 @@ def place(tmp_path, monkeypatch):
     """A folder with a study, as the working directory; reports and drawings are stand-ins."""
     (tmp_path / "disc.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(study, "simulate", lambda *_, **__: FakeResponse())
+    monkeypatch.setattr(simulation, "simulate", lambda *_, **__: FakeResponse())
 
     def write_report(study, response, folder, extra, draw=True):
         for name in ("peaks.png", "summary.json"):
@@ -154,11 +154,11 @@ def test_quiet_says_nothing(place, capsys):
 def test_a_folder_of_other_things_is_refused_before_the_run(place, monkeypatch, capsys):
     (place / "thesis").mkdir()
     (place / "thesis/chapter1.tex").write_text("words")
-    monkeypatch.setattr(study, "simulate", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr(simulation, "simulate", lambda *_, **__: pytest.fail("it ran"))
     assert main(["run", "disc.toml", "--out", "thesis"]) == 2
     said = capsys.readouterr().err
     assert "thesis" in said and "chapter1.tex" in said and "--force" in said
-    monkeypatch.setattr(study, "simulate", lambda *_, **__: FakeResponse())
+    monkeypatch.setattr(simulation, "simulate", lambda *_, **__: FakeResponse())
     assert main(["run", "disc.toml", "--out", "thesis", "--force"]) == 0
     assert (place / "thesis/chapter1.tex").exists() and (place / "thesis/response.nc").exists()
 
@@ -189,7 +189,7 @@ def test_ctrl_c_leaves_no_half_file(place, monkeypatch, capsys, when, earlier):
         (place / "results/disc/response.nc").write_text("earlier")
     before = everything(place)
     if when == "simulate":
-        monkeypatch.setattr(study, "simulate", _interrupt)
+        monkeypatch.setattr(simulation, "simulate", _interrupt)
     elif when == "save":
         monkeypatch.setattr(FakeResponse, "save", _half_a_file)
     else:
@@ -228,7 +228,7 @@ def test_ctrl_c_does_not_wait_for_compiled_code(place, monkeypatch, request):
         _thread.interrupt_main()
         time.sleep(20)
 
-    monkeypatch.setattr(study, "simulate", busy)
+    monkeypatch.setattr(simulation, "simulate", busy)
     # a shell's background job ignores the signal, and then nothing would be interrupted
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
@@ -253,7 +253,7 @@ def test_a_failed_simulation_keeps_what_it_had(place, monkeypatch, capsys, repor
     def fail(*_, **__):
         raise SimulationFailed("the run left the finite numbers at t = 0.7 s", FakeResponse())
 
-    monkeypatch.setattr(study, "simulate", fail)
+    monkeypatch.setattr(simulation, "simulate", fail)
     if not report_too:
 
         def no_report(*_, **__):
@@ -284,7 +284,7 @@ def test_figures_that_fail_do_not_cost_the_data(place, monkeypatch, capsys):
 
 
 def test_check_runs_nothing(place, monkeypatch, capsys):
-    monkeypatch.setattr(study, "simulate", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr(simulation, "simulate", lambda *_, **__: pytest.fail("it ran"))
     assert main(["check", "disc.toml"]) == 0
     said = capsys.readouterr().out
     assert "1 Rotor, 1 Shaft, 1 PrescribedSpin" in said

@@ -28,6 +28,20 @@ def test_arrows_go_down():
     assert not up
 
 
+def test_no_two_files_import_each_other():
+    assert not house.circles()
+
+
+def test_a_circle_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(house, "SOURCE", tmp_path)
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "a.py").write_text("from .b import x")
+    (tmp_path / "room" / "b.py").write_text("def f():\n    from ..room import c")
+    (tmp_path / "room" / "c.py").write_text("from . import a")
+    (tmp_path / "room" / "d.py").write_text("from . import a")
+    assert house.circles() == [["room/a.py", "room/b.py", "room/c.py"]]
+
+
 def test_the_map_is_true():
     assert house.page() in (ROOT / "CONTRIBUTING.md").read_text()
 
@@ -68,3 +82,29 @@ def test_help_loads_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "jaxrotor run" in done.stdout
+
+
+def test_check_loads_only_what_the_study_needs():
+    """A study without [identify], [optimize] or [sweep] is checked without what only these use."""
+    code = (
+        "import sys\nfrom jaxrotor.commands.cli import main\n"
+        "assert main(['check', 'configs/two_rotor_startup.toml']) == 0\n"
+        "heavy = {'scipy.interpolate', 'scipy.optimize', 'scipy.signal', 'scipy.special', 'scipy.stats', "
+        "'diffrax', 'matplotlib', 'optax', 'pandas', 'tqdm', 'xarray', 'zarr'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert "2 Rotor" in done.stdout
+
+
+def test_a_room_loads_what_is_asked_for():
+    """And a function that its module is named after is found whichever of the two was loaded first."""
+    code = (
+        "import sys\nimport jaxrotor as jr\n"
+        "jr.Rotor\nassert 'jaxrotor.elements.shafts.section' not in sys.modules\n"
+        "import jaxrotor.linear.campbell\nassert callable(jr.linear.campbell)\n"
+        "from jaxrotor.linear import campbell, modes\nassert callable(campbell) and callable(modes)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr

@@ -436,7 +436,7 @@ def test_32_bit_floats_are_refused_with_the_remedy(study_file):
 def test_run_passes_the_settings_on(study_file, monkeypatch):
     calls = []
     monkeypatch.setattr(
-        "jaxrotor.study.study.simulate",
+        "jaxrotor.simulation.simulate",
         lambda machine, simulation, **given: calls.append((machine, simulation, given)),
     )
     more = 'step = "0.5 ms"\norder = 4\nsolver = "ExponentialAdams"\n'

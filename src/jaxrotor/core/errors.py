@@ -1,6 +1,7 @@
 """The exceptions that a user meets, each a sentence with the place, the value and the remedy: one family."""
 
 from collections.abc import Iterable
+from typing import Any
 
 
 class JaxrotorError(Exception):
@@ -31,7 +32,7 @@ class ConvergenceError(JaxrotorError, RuntimeError):
 class SimulationFailed(JaxrotorError, RuntimeError):
     """A run that left the finite numbers. `response` holds what had been computed before."""
 
-    def __init__(self, message: str, response):
+    def __init__(self, message: str, response: Any):
         self.response = response
         super().__init__(message)
 
@@ -39,7 +40,7 @@ class SimulationFailed(JaxrotorError, RuntimeError):
 class SimulationInterrupted(KeyboardInterrupt):
     """A run that was stopped before its end. `response` holds what had been computed before."""
 
-    def __init__(self, message: str, response):
+    def __init__(self, message: str, response: Any):
         self.response = response
         super().__init__(message)
 

@@ -77,6 +77,8 @@ def parameter(
     - `times`: of a schedule's parameter, the unit by which it exceeds what the schedule drives: "s" for
       an impulse.
     - `units`: units of the entries of a short list, where they differ: `("1/s", "s")`.
+
+    Raises `InputError` for an argument of another kind.
     """
     metadata = dict(
         unit=unit,

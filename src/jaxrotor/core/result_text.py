@@ -1,8 +1,8 @@
 """What a result shows of itself: what it holds, how much of it, from where to where, in which unit."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 from jax import Array, ShapeDtypeStruct
@@ -10,27 +10,32 @@ from jax import Array, ShapeDtypeStruct
 from .arguments import short
 from .readable import amount
 
+Result = TypeVar("Result")
 # Of a line, and of a list in it; digits of a number.
 WIDTH, ROOM, DIGITS = 100, 75, 4
 # The unit of a frequency that is kept in rad/s and shown in Hz.
 HERTZ = "rad/s as Hz"
 
 
-def shows(*, without: Iterable[str] = (), **units: str) -> Any:
-    """A `__repr__` for a result (a NamedTuple, a dataclass, a module).
+def shows(*, without: Iterable[str] = (), **units: str) -> Callable[[type[Result]], type[Result]]:
+    """Gives a result (a NamedTuple, a dataclass, a module) its `__repr__`.
 
     `units`: of its fields, SI; of a property too, which is shown behind them. `"@unit"` is what its field
     `unit` says. `without`: fields that are left out.
     """
     hidden = frozenset(without)
 
-    def __repr__(self: Any) -> str:
+    def text(self: Any) -> str:
         names = [name for name in _fields(self) if name not in hidden]
         names += [name for name in units if name not in names]
         shown = [(name, _said(self, name, units.get(name, ""))) for name in names]
         return laid_out(type(self).__name__, shown)
 
-    return __repr__
+    def decorate(cls: type[Result]) -> type[Result]:
+        cls.__repr__ = text
+        return cls
+
+    return decorate
 
 
 def laid_out(title: str, shown: list[tuple[str, str]]) -> str:

@@ -27,6 +27,7 @@ from .shaft_angle import TURN
 _CONSTANT = 1e-9
 
 
+@shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 class Bifurcation(NamedTuple):
     """A diagram.
 
@@ -47,7 +48,6 @@ class Bifurcation(NamedTuple):
     path_unit: str
 
     plot = plot_door()
-    __repr__ = shows(values="@path_unit", points="@unit", size="@unit", speed="rad/s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> np.ndarray:
         """(n,): after how many turns each motion repeats, to `tolerance` of its `size`; 0 where not within

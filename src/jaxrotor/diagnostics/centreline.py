@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
 from ..core.doors import plot_door
@@ -12,6 +13,7 @@ from .orders import blocks_of
 from .shaft_angle import with_pair
 
 
+@shows()
 class Centreline(NamedTuple):
     """Mean positions: `x`, `y` (b,), in the unit of the signals; `speed` (b,), rad/s; `time` (b,), s."""
 
@@ -21,11 +23,16 @@ class Centreline(NamedTuple):
     time: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows()
 
 
 @takes(sample_rate=positive("Hz"), turns=whole(1))
-def shaft_centreline(x, y, angle, sample_rate: float, turns: int = 1) -> Centreline:
+def shaft_centreline(
+    x: Float[Array | np.ndarray, " n"],
+    y: Float[Array | np.ndarray, " n"],
+    angle: Float[Array | np.ndarray, " n"],
+    sample_rate: float,
+    turns: int = 1,
+) -> Centreline:
     """Mean position of the shaft over blocks of whole turns, with the speed of each: how it rises in its
     bearing while it runs up.
 
@@ -35,5 +42,5 @@ def shaft_centreline(x, y, angle, sample_rate: float, turns: int = 1) -> Centrel
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
     found = blocks_of(turning, xy, turns, turns)
-    x, y = found.values.mean(axis=1).T
-    return Centreline(x, y, found.speed, found.time)
+    mean_x, mean_y = found.values.mean(axis=1).T
+    return Centreline(mean_x, mean_y, found.speed, found.time)

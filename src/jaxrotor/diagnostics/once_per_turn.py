@@ -1,5 +1,6 @@
 """Once a turn, inside a compiled run: the Poincaré section as an output of sweeps."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
@@ -34,7 +35,7 @@ class PoincareSamples(AbstractSignalMeasure):
     keep: int = option(whole(1))  # pyright: ignore[reportGeneralTypeIssues]
     phase: Float[Array, ""] = parameter("rad", default=0.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
 
     @property

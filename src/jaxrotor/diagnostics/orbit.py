@@ -5,6 +5,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
 from ..core.doors import plot_door
@@ -22,6 +23,7 @@ _LONGEST = 12
 _STRAIGHT = 1e-9
 
 
+@shows(inclination="rad")
 class Ellipse(NamedTuple):
     """One order of an orbit.
 
@@ -36,8 +38,6 @@ class Ellipse(NamedTuple):
     inclination: float
     forward: complex
     backward: complex
-
-    __repr__ = shows(inclination="rad")
 
     @property
     def precession(self) -> int:
@@ -56,6 +56,7 @@ def ellipse(x: complex, y: complex) -> Ellipse:
     return Ellipse(float(f + b), float(abs(f - b)), float(inclination), forward, complex(backward))
 
 
+@shows(angle="rad", speed="rad/s")
 class Orbit(NamedTuple):
     """A curve about its own mean.
 
@@ -78,11 +79,10 @@ class Orbit(NamedTuple):
     amplitude: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows(angle="rad", speed="rad/s")
 
     @takes(order=positive())
     def ellipse(self, order: float = 1.0) -> Ellipse:
-        """Of one of the `orders`."""
+        """Of one of the `orders`. Raises `InputError` for another one."""
         at = np.flatnonzero(np.abs(self.orders - order) < 1e-9)
         if not at.size:
             have = ", ".join(f"{k:g}" for k in self.orders) or "none: it is not filtered"
@@ -94,7 +94,13 @@ class Orbit(NamedTuple):
 
 
 @takes(sample_rate=positive("Hz"), turns=whole(1))
-def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
+def orbit(
+    x: Float[Array | np.ndarray, " n"],
+    y: Float[Array | np.ndarray, " n"],
+    angle: Float[Array | np.ndarray, " n"],
+    sample_rate: float,
+    turns: int = 4,
+) -> Orbit:
     """The last whole `turns` of an orbit with all that is in it, as a dense curve.
 
     **Arguments:** `x`, `y`: (nt,), one unit, a right angle apart; `angle`: (nt,), rad, of the shaft, never
@@ -114,17 +120,18 @@ def orbit(x, y, angle, sample_rate: float, turns: int = 4) -> Orbit:
     centre = curve[:-1].mean(axis=0)
     speed = float(turning.sense * TURN * turns / (at[-1] - at[0]))
     none = np.zeros(0)
-    x, y = (curve - centre).T
-    keyphasor = (curve - centre)[:-1:_POINTS]
+    about = curve - centre
     along = turning.sense * along
-    return Orbit(along, x, y, keyphasor, centre, speed, none, np.zeros((0, 2)))
+    return Orbit(
+        along, about[:, 0], about[:, 1], about[:-1:_POINTS], centre, speed, none, np.zeros((0, 2))
+    )
 
 
 @takes(sample_rate=positive("Hz"), turns=whole(1))
 def filtered_orbit(
-    x,
-    y,
-    angle,
+    x: Float[Array | np.ndarray, " n"],
+    y: Float[Array | np.ndarray, " n"],
+    angle: Float[Array | np.ndarray, " n"],
     sample_rate: float,
     orders: Any = (1.0,),
     turns: int | None = None,
@@ -135,6 +142,7 @@ def filtered_orbit(
     **Arguments:** as for `orbit` and `order_tracking`; amplitudes are those of the last whole `turns` (by
     default all there are), over which the motion should be steady. `ellipse(order)` of what is returned has
     semi-axes, inclination and precession. The curve closes where its orders repeat within 12 turns.
+    Raises `InputError` as `order_tracking` does.
     """
     turning, xy = with_pair(x, y, angle, sample_rate)
     there = turning.marks().size - 1
@@ -146,9 +154,9 @@ def filtered_orbit(
     length = _repeats(wanted)
     along = turning.sense * TURN / _POINTS * np.arange(_POINTS * length + 1)
     curve = np.einsum("km,kn->nm", amplitude, np.exp(1j * np.outer(wanted, along))).real
-    x, y = curve.T
     speed = float(found.speed[-1])
-    return Orbit(along, x, y, curve[:-1:_POINTS], found.mean[-1], speed, wanted, amplitude)
+    marks, mean = curve[:-1:_POINTS], found.mean[-1]
+    return Orbit(along, curve[:, 0], curve[:, 1], marks, mean, speed, wanted, amplitude)
 
 
 def _repeats(orders: np.ndarray) -> int:

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import positive, whole
 from ..core.doors import plot_door
@@ -18,6 +19,7 @@ _IN_A_PERIOD = 4
 _LEAST_STEPS, _MOST_STEPS = 64, 1024
 
 
+@shows(speed="rad/s", time="s")
 class OrderTrack(NamedTuple):
     """Amplitudes of orders over blocks of whole turns.
 
@@ -36,7 +38,6 @@ class OrderTrack(NamedTuple):
     time: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows(speed="rad/s", time="s")
 
     @property
     def magnitude(self) -> np.ndarray:
@@ -51,8 +52,8 @@ class OrderTrack(NamedTuple):
 
 @takes(sample_rate=positive("Hz"), turns=whole(1), every=whole(1))
 def order_tracking(
-    signal,
-    angle,
+    signal: Float[Array | np.ndarray, " n"],
+    angle: Float[Array | np.ndarray, " n"],
     sample_rate: float,
     orders: Any = (1.0,),
     turns: int = 4,

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive, whole
 from ..core.doors import plot_door
@@ -13,6 +14,7 @@ from . import checks
 from .shaft_angle import Turning
 
 
+@shows(time="s")
 class PoincareSection(NamedTuple):
     """Points of the phase plane, one a turn: `x`, `v` (k,), in the units of the signals; `time` (k,), s from
     the first sample; `size` (2,), half the range of each signal over the whole record."""
@@ -23,7 +25,6 @@ class PoincareSection(NamedTuple):
     size: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows(time="s")
 
     def period(self, tolerance: float = 1e-3, longest: int = 16) -> int:
         """After how many turns the points repeat, to `tolerance` of the signals' `size`; 0 where
@@ -44,7 +45,12 @@ def period_of(points: np.ndarray, tolerance: float, longest: int) -> int:
 
 @takes(sample_rate=positive("Hz"), phase=number("rad"), every=whole(1))
 def poincare(
-    x, v, angle, sample_rate: float, phase: float = 0.0, every: int = 1
+    x: Float[Array | np.ndarray, " n"],
+    v: Float[Array | np.ndarray, " n"],
+    angle: Float[Array | np.ndarray, " n"],
+    sample_rate: float,
+    phase: float = 0.0,
+    every: int = 1,
 ) -> PoincareSection:
     """Stroboscopic section: `x` and `v` where the shaft's angle is 2 pi k + `phase`.
 
@@ -65,5 +71,5 @@ def poincare(
         )
     at = turning.instants(marks)
     size = 0.5 * np.ptp(both, axis=1)
-    x, v = turning.at(np.stack(both, axis=1), at).T
-    return PoincareSection(x, v, at, size)
+    places = turning.at(np.stack(both, axis=1), at)
+    return PoincareSection(places[:, 0], places[:, 1], at, size)

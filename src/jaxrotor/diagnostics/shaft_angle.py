@@ -1,6 +1,7 @@
 """The shaft's angle as the clock: instants of given angles, and signals at equal steps of it."""
 
 import numpy as np
+from jaxtyping import Array, Float
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import elementwise
 
@@ -93,12 +94,15 @@ def with_pair(x, y, angle, sample_rate) -> tuple[Turning, np.ndarray]:
 
 
 @takes(sample_rate=positive("Hz"), phase=number("rad"))
-def turn_instants(angle, sample_rate: float, phase: float = 0.0) -> np.ndarray:
+def turn_instants(
+    angle: Float[Array | np.ndarray, " n"], sample_rate: float, phase: float = 0.0
+) -> np.ndarray:
     """Instants (s from the first sample) at which a shaft passes the angle 2 pi k + `phase` (rad), once a
     turn, as a keyphasor sees it.
 
     `angle`: (nt,), rad, sampled at `sample_rate` (Hz), never turning back, not folded at 2 pi. Between
-    samples it is a quintic spline. `pulse_times` does the same for the forward marks of an encoder in a run.
+    samples it is a quintic spline. `pulse_times` does the same for the forward marks of an encoder in a
+    run. Raises `InputError` for an angle that is not so.
     """
     turning = Turning(angle, sample_rate)
     return turning.instants(turning.marks(phase))

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import positive
 from ..core.doors import plot_door
@@ -12,6 +13,7 @@ from ..core.result_text import shows
 from . import checks
 
 
+@shows(frequency="Hz")
 class FullSpectrum(NamedTuple):
     """`frequency`: (n,), Hz, from negative to positive; `amplitude`: (n,), the radius of the circle at each,
     in the unit of x and y, never negative.
@@ -24,10 +26,10 @@ class FullSpectrum(NamedTuple):
     amplitude: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows(frequency="Hz")
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
-        """Frequency (Hz) and amplitude of the highest line from `low` to `high`."""
+        """Frequency (Hz) and amplitude of the highest line from `low` to `high`. Raises `InputError`
+        where no line lies there."""
         inside = np.flatnonzero((self.frequency >= low) & (self.frequency <= high))
         if not inside.size:
             lines = self.frequency
@@ -40,7 +42,12 @@ class FullSpectrum(NamedTuple):
 
 
 @takes(sample_rate=positive("Hz"))
-def full_spectrum(x, y, sample_rate: float, window: Any = "hann") -> FullSpectrum:
+def full_spectrum(
+    x: Float[Array | np.ndarray, " n"],
+    y: Float[Array | np.ndarray, " n"],
+    sample_rate: float,
+    window: Any = "hann",
+) -> FullSpectrum:
     """Amplitudes of the circles that an orbit is made of: of x + i y = sum of r e^(2 pi i f t).
 
     **Arguments:** `x`, `y`: (nt,), displacements in two directions a right angle apart, one unit, at

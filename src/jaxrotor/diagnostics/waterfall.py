@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive, whole
 from ..core.doors import plot_door
@@ -16,6 +17,7 @@ from .spectra import amplitudes
 _WINDOWS, _SHORTEST = 20, 64
 
 
+@shows(frequency="Hz", speed="rad/s", time="s")
 class Waterfall(NamedTuple):
     """Spectra of consecutive windows: `frequency` (f,), Hz; `speed` (w,), rad/s, the mean in each window;
     `time` (w,), s, its middle from the first sample; `amplitude` (w, f), in the unit of the signal.
@@ -29,7 +31,6 @@ class Waterfall(NamedTuple):
     amplitude: np.ndarray
 
     plot = plot_door()
-    __repr__ = shows(frequency="Hz", speed="rad/s", time="s")
 
     @property
     def full(self) -> bool:
@@ -49,10 +50,10 @@ class Waterfall(NamedTuple):
 
 @takes(sample_rate=positive("Hz"), segment=whole(8), overlap=number(least=0.0, below=1.0))
 def waterfall(
-    x,
-    speed,
+    x: Float[Array | np.ndarray, " n"],
+    speed: Float[Array | np.ndarray, " n"],
     sample_rate: float,
-    y=None,
+    y: Float[Array | np.ndarray, " n"] | None = None,
     segment: int | None = None,
     overlap: float = 0.5,
     window: Any = "hann",

@@ -20,6 +20,7 @@ from ..search.instrumented import Instrumented
 from .identification import Identification
 
 
+@shows()
 class Balance(NamedTuple):
     """`corrections`: (planes,) complex unbalance to be ADDED in each plane. `residual`: (measurements,)
     complex vibration that is predicted to remain. `residual_std`, `correction_std`: of their real and
@@ -29,8 +30,6 @@ class Balance(NamedTuple):
     residual: Complex[np.ndarray, " measurements"]
     correction_std: Float[np.ndarray, " planes"] | None
     residual_std: Float[np.ndarray, " measurements"] | None
-
-    __repr__ = shows()
 
 
 def _real(value: Any, place: str) -> np.ndarray:
@@ -42,7 +41,8 @@ def _real(value: Any, place: str) -> np.ndarray:
 
 @takes(amplitude=_real, degrees=_real)
 def phasor(amplitude: Any, degrees: Any) -> np.ndarray:
-    """Complex numbers from amplitudes and angles in degrees."""
+    """Complex numbers from amplitudes and angles in degrees. Raises `InputError` for what is no finite
+    number."""
     return np.asarray(amplitude, float) * np.exp(1j * np.deg2rad(degrees))
 
 
@@ -143,6 +143,7 @@ def modal_balance(shapes: Any, planes: Any, modal_unbalance: Any) -> Complex[np.
     return -np.linalg.pinv(S) @ U
 
 
+@shows(unbalance="kg*m", std="kg*m", covariance="kg^2*m^2")
 class Correction(NamedTuple):
     """Unbalance (kg·m, complex, angle on the rotor) to be ADDED in two planes. `std`: of the real and the
     imaginary part of each; so much is to be expected to remain. `covariance`: (4, 4), real parts first."""
@@ -150,8 +151,6 @@ class Correction(NamedTuple):
     unbalance: Complex[np.ndarray, " 2"]
     std: Complex[np.ndarray, " 2"]
     covariance: Float[np.ndarray, "4 4"]
-
-    __repr__ = shows(unbalance="kg*m", std="kg*m", covariance="kg^2*m^2")
 
     def grade(self, mass: float, speed: float) -> float:
         """Balance quality grade (mm/s) to be expected once corrected, for the static unbalance: root mean

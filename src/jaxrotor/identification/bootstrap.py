@@ -19,6 +19,7 @@ from .simulated import records, records_and_slopes
 from .uncertainty import knowledge
 
 
+@shows(coverage="", spread="")
 class Replicas(NamedTuple):
     """Of each repetition: `values` (count, n) in the order of `paths`, the standard deviations `stated` with
     them, and whether the interval `covered` the truth, which is what was identified."""
@@ -28,8 +29,6 @@ class Replicas(NamedTuple):
     values: Float[np.ndarray, "count n"]
     stated: Float[np.ndarray, "count n"]
     covered: Bool[np.ndarray, "count n"]
-
-    __repr__ = shows(coverage="", spread="")
 
     @property
     def coverage(self) -> dict[str, float]:

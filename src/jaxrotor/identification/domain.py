@@ -46,7 +46,8 @@ class AbstractDomain(Part):
 
     @abc.abstractmethod
     def compare(self, series: Series, angles: Angles, place: str) -> Compared:
-        """For one measured signal; `angles` gives the shaft's angle (rad) at any instants (s)."""
+        """For one measured signal; `angles` gives the shaft's angle (rad) at any instants (s). Raises
+        `InputError` where it cannot be compared so: uneven, or too short."""
 
 
 class Time(AbstractDomain):
@@ -118,7 +119,7 @@ class Frequencies(AbstractDomain):
     low: float = option(number("Hz", least=0.0))
     high: float = option(number("Hz", least=0.0))
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         if not 0 <= self.low < self.high:
             raise InputError(f"low and high must rise, but are {self.low!r} and {self.high!r} Hz")
 

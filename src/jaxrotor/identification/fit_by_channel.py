@@ -12,6 +12,7 @@ from .simulated import records
 from .uncertainty import too_large, whiteness
 
 
+@shows(t="s", measured="@unit", simulated="@unit", std="@unit")
 @dataclasses.dataclass(frozen=True)
 class ChannelFit:
     """One channel of one run: `measured` and `simulated` at `t` (s), in `unit`. `std`: of its noise. `white`:
@@ -27,8 +28,6 @@ class ChannelFit:
     std: float
     white: float | None
     sized: float | None
-
-    __repr__ = shows(t="s", measured="@unit", simulated="@unit", std="@unit")
 
     @property
     def residual(self) -> np.ndarray:

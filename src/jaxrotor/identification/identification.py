@@ -80,7 +80,8 @@ class Identification:
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Confidence intervals of each parameter by itself, from the curvature at the optimum; those of
-        positive and bounded parameters stay positive and in their bounds. An angle's is around its value."""
+        positive and bounded parameters stay positive and in their bounds. An angle's is around its
+        value. Raises `InputError` where `level` is not between 0 and 1."""
         if not 0 < level < 1:
             raise InputError(f"level must be between 0 and 1, but is {level!r}")
         reach = self.knowledge.reach(level)
@@ -227,7 +228,7 @@ class Identification:
             ],
         }
 
-    def save(self, path: str | os.PathLike) -> Path:
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes `to_dict` as JSON, whole or not at all."""
         save_json(Path(path), self.to_dict())
         return Path(path)

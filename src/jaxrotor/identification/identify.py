@@ -79,7 +79,8 @@ def identify(
     - `shaft`: station whose angle counts the turns for `Orders`; by default the first.
 
     **Returns** an `Identification`; stopped by Ctrl-C after the first iteration, that of the best place so
-    far, marked `interrupted`. Raises `InputError` for wrong input, before anything runs.
+    far, marked `interrupted`. Raises `InputError` for wrong input, before anything runs, and
+    `ConvergenceError` where no start leads to a run that stays finite.
     """
     require_x64()
     bench, space, searches, places, given = asked(

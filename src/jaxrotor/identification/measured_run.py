@@ -16,6 +16,7 @@ from ..simulation.simulate import for_slopes, settled
 from ..simulation.simulation import Settings, Simulation, as_simulation
 
 
+@shows()
 @dataclasses.dataclass(frozen=True, init=False)
 class MeasuredRun:
     """**Arguments:**
@@ -32,8 +33,6 @@ class MeasuredRun:
     record: Record
     simulation: Simulation
     conditions: Mapping[str, Any]
-
-    __repr__ = shows()
 
     @takes(conditions=mapping)
     def __init__(

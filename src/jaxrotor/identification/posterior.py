@@ -44,7 +44,7 @@ class Posterior:
         return {path: float(x.std(ddof=1)) for path, x in self.draws.items()}
 
     def intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """With as many draws below as above."""
+        """With as many draws below as above. Raises `InputError` where `level` is not between 0 and 1."""
         if not 0 < level < 1:
             raise InputError(f"level must be between 0 and 1, but is {level!r}")
         ends = (0.5 - 0.5 * level, 0.5 + 0.5 * level)
@@ -86,7 +86,8 @@ def posterior(
     one between its bounds, an angle and a free one in itself. Where the noise was not given, its size is
     held at what was identified.
 
-    Raises `InputError` where the data cannot see a parameter that has no prior: its posterior has no end.
+    Raises `InputError` where the data cannot see a parameter that has no prior: its posterior has no end;
+    `MissingExtraError` where BlackJAX is not installed.
 
     Source: Hoffman & Gelman, JMLR 15 (2014) 1593.
     """

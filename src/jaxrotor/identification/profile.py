@@ -16,6 +16,7 @@ from .fit import search
 from .identification import Identification
 
 
+@shows(values="@unit", std="@unit")
 @dataclasses.dataclass(frozen=True)
 class LikelihoodProfile:
     """Of one parameter: `values` (k,), rising, and `root` (k,): the root of the growth of twice the cost at
@@ -28,8 +29,6 @@ class LikelihoodProfile:
     values: np.ndarray
     root: np.ndarray
     std: float
-
-    __repr__ = shows(values="@unit", std="@unit")
 
     def interval(self, reach: float) -> tuple[float, float]:
         """Where the profile first reaches so many standard deviations to either side; infinite where it

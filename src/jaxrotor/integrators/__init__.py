@@ -1,10 +1,5 @@
 """Steps in time: exponential and stiff methods. They know no machine."""
 
-from .exponential import ETD4RK, ExponentialAdams
-from .rosenbrock import Rosenbrock
+import lazy_loader
 
-__all__ = ["ETD4RK", "ExponentialAdams", "Rosenbrock"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -27,8 +27,8 @@ class Clocks(Protocol):
 
 
 def adaptive_samples(
-    solver: diffrax.AbstractSolver,
-    terms: diffrax.AbstractTerm,
+    solver: diffrax.AbstractSolver[Any],
+    terms: diffrax.AbstractTerm[Any, Any],
     samples: Float[Array, " nt"],
     jumps: Float[Array, " j"],
     y0: Float[Array, " d"],

@@ -27,7 +27,9 @@ _SMALL = 64
 # Step lengths agree when they differ by less than this part of the longest one prepared.
 _LENGTH_TOLERANCE = 1e-7
 
+Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]
+Terms = diffrax.AbstractTerm[Any, Any]
 
 
 class Memory(eqx.Module):
@@ -107,7 +109,7 @@ def _dense(t0, t1, y0, y1, terms, args) -> dict[str, Array]:
     return dict(y0=y0, y1=y1, k0=dt * terms.vf(t0, y0, args), k1=dt * terms.vf(t1, y1, args))
 
 
-class AbstractExponential(diffrax.AbstractSolver):
+class AbstractExponential(diffrax.AbstractSolver[_State]):
     """What both methods share: a step as diffrax wants it, around the bare one."""
 
     @abc.abstractmethod
@@ -116,18 +118,35 @@ class AbstractExponential(diffrax.AbstractSolver):
 
     @abc.abstractmethod
     def advance(
-        self, terms, t0, t1, y0: Vector, args, state: _State, made_jump, which
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+        state: _State,
+        made_jump: Any,
+        which: Array | int,
     ) -> tuple[Vector, Memory]:
         """The state at t1 and what to remember. `which` of the prepared lengths the step has: two of one
         length may follow different parameters, so the length itself does not say."""
 
-    def step(self, terms, t0, t1, y0, args, solver_state: _State, made_jump):
+    def step(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+        solver_state: _State,
+        made_jump: Any,
+    ) -> tuple[Vector, None, dict[str, Array], _State, diffrax.RESULTS]:
         which, fits = _nearest(solver_state.lengths, t1 - t0)
         y1, memory = self.advance(terms, t0, t1, y0, args, solver_state, made_jump, which)
         state = eqx.tree_at(lambda s: s.memory, solver_state, memory)
         return y1, None, _dense(t0, t1, y0, y1, terms, args), state, _result(fits)
 
-    def func(self, terms, t0, y0, args):
+    def func(self, terms: Terms, t0: Scalar, y0: Vector, args: Any) -> Any:
         return terms.vf(t0, y0, args)
 
 
@@ -154,23 +173,40 @@ class ETD4RK(AbstractExponential):
     lengths: Float[Array, " m"] | None = None
     exact_rows: int = eqx.field(static=True, default=0)
 
-    term_structure: ClassVar = diffrax.AbstractTerm
-    interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
+    interpolation_cls: ClassVar[type] = diffrax.ThirdOrderHermitePolynomialInterpolation
 
-    def order(self, terms):
+    def order(self, terms: Terms) -> int:
         return 4
 
-    def init(self, terms, t0, t1, y0, args) -> _State:
+    def init(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+    ) -> _State:
         A = _linear_part(self.linear_part, terms, t0, y0, args)
         extra = jnp.zeros(0) if self.lengths is None else self.lengths
         lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
         starting = _prepare(A, lengths, self.substeps, self.exact_rows)
         return _State(A, lengths, starting, None, Memory())
 
-    def flow(self, state: _State):
+    def flow(self, state: _State) -> tuple[Float[Array, "d d"], Float[Array, "d m"]]:
         return _flow(state.starting[0, 4], 4)
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
+    def advance(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+        state: _State,
+        made_jump: Any,
+        which: Array | int,
+    ) -> tuple[Vector, Memory]:
         weights = state.starting[which]
         h = (t1 - t0) / self.substeps
 
@@ -212,26 +248,33 @@ class ExponentialAdams(AbstractExponential):
     lengths: Float[Array, " m"] | None = None
     exact_rows: int = eqx.field(static=True, default=0)
 
-    term_structure: ClassVar = diffrax.AbstractTerm
-    interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
+    interpolation_cls: ClassVar[type] = diffrax.ThirdOrderHermitePolynomialInterpolation
 
     @takes(linear_part=None, lengths=None)
     def __init__(
         self,
         order: int = 6,
         substeps: int = 1,
-        linear_part=None,
-        lengths=None,
+        linear_part: Float[Array, "d d"] | None = None,
+        lengths: Float[Array, " m"] | None = None,
         exact_rows: int = 0,
     ):
         self.order_ = whole(2, 7)(order, "order")
         self.substeps = whole(0)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 
-    def order(self, terms):
+    def order(self, terms: Terms) -> int:
         return self.order_
 
-    def init(self, terms, t0, t1, y0, args) -> _State:
+    def init(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+    ) -> _State:
         A = _linear_part(self.linear_part, terms, t0, y0, args)
         extra = jnp.zeros(0) if self.lengths is None else self.lengths
         lengths = jnp.concatenate([jnp.asarray(t1 - t0, float)[None], extra])
@@ -246,10 +289,20 @@ class ExponentialAdams(AbstractExponential):
             ),
         )
 
-    def flow(self, state: _State):
+    def flow(self, state: _State) -> tuple[Float[Array, "d d"], Float[Array, "d m"]]:
         return _flow(state.adams.predict, self.order_)  # pyright: ignore
 
-    def advance(self, terms, t0, t1, y0, args, state: _State, made_jump, which):
+    def advance(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+        state: _State,
+        made_jump: Any,
+        which: Array | int,
+    ) -> tuple[Vector, Memory]:
         h = (t1 - t0) / self.substeps
         m = y0.size - self.exact_rows
         N = _remainder(terms, state.A, args, self.exact_rows)

@@ -11,14 +11,18 @@ from jaxtyping import Array, Float
 
 from . import rodas5p as tableau
 
+Scalar = Float[Array, ""]
+Vector = Float[Array, " d"]
+Terms = diffrax.AbstractTerm[Any, Any]
+
 
 class _Dense(diffrax.AbstractLocalInterpolation):
     """The state within a step, of order four."""
 
     t0: Any
     t1: Any
-    y0: Float[Array, " d"]
-    y1: Float[Array, " d"]
+    y0: Vector
+    y1: Vector
     bend: Float[Array, "3 d"]
 
     def evaluate(self, t0, t1=None, left: bool = True):
@@ -30,7 +34,7 @@ class _Dense(diffrax.AbstractLocalInterpolation):
         return (1 - s) * self.y0 + s * (self.y1 + (1 - s) * (h[0] + s * (h[1] + s * h[2])))
 
 
-class Rosenbrock(diffrax.AbstractAdaptiveSolver):
+class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
     """Rodas5P (Steinebach 2023): fifth order, L-stable, for machines whose forces stiffen with the state:
     contact, fluid films, backlash.
 
@@ -41,19 +45,41 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver):
     is a machine's.
     """
 
-    term_structure: ClassVar = diffrax.AbstractTerm
+    term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
     interpolation_cls: ClassVar[Callable[..., _Dense]] = _Dense
 
-    def order(self, terms) -> int:
+    def order(self, terms: Terms) -> int:
         return 5
 
-    def init(self, terms, t0, t1, y0, args):
+    def init(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+    ) -> None:
         return None
 
-    def func(self, terms, t0, y0, args):
+    def func(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        y0: Vector,
+        args: Any,
+    ) -> Any:
         return terms.vf(t0, y0, args)
 
-    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+    def step(
+        self,
+        terms: Terms,
+        t0: Scalar,
+        t1: Scalar,
+        y0: Vector,
+        args: Any,
+        solver_state: None,
+        made_jump: Any,
+    ) -> tuple[Array, Array, dict[str, Any], None, diffrax.RESULTS]:
         h = jnp.asarray(t1 - t0)
         n = len(args.layout.free)
         d = y0.shape[0]

@@ -1,9 +1,5 @@
 """Machines from other programs' models."""
 
-from .ross import from_ross
+import lazy_loader
 
-__all__ = ["from_ross"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -53,7 +53,8 @@ def from_ross(
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, gears,
     mass coefficients of bearings, tables over both frequency and speed or between two nodes, axial force
     or torque in a shaft, Hutchinson's shear coefficient, a tapered bore, gyroscopic moments without rotary
-    inertia (or the reverse), point masses that differ by direction.
+    inertia (or the reverse), point masses that differ by direction. Raises `MissingExtraError` where ROSS is
+    not installed.
     """
     ross = _ross()
     if not isinstance(rotor, ross.Rotor) or type(rotor).__name__ == "MultiRotor":

@@ -22,6 +22,7 @@ from .modes import describe, modes, told_apart
 _MORE = 8
 
 
+@shows(without=("eigenvalues", "kinds"), speeds="rad/s", frequencies=HERTZ, damping_ratios="")
 class Campbell(eqx.Module):
     """Modes over speed. Rows are speeds, columns modes, each column one mode followed throughout.
 
@@ -37,9 +38,6 @@ class Campbell(eqx.Module):
     kinds: tuple[str, ...] = eqx.field(static=True)
 
     plot = plot_door()
-    __repr__ = shows(
-        without=("eigenvalues", "kinds"), speeds="rad/s", frequencies=HERTZ, damping_ratios=""
-    )
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -54,7 +52,8 @@ class Campbell(eqx.Module):
     @takes(order=number())
     def crossings(self, order: float = 1.0) -> dict[str, list[float]]:
         """Speeds (rad/s) at which each mode meets `order` times the speed, in either sense of the spin,
-        between the speeds given, by interpolation; `critical_speeds` finds them exactly."""
+        between the speeds given, by interpolation; `critical_speeds` finds them exactly. Raises
+        `InputError` for an order that is no finite number."""
         found: dict[str, list[float]] = {}
         for k, name in enumerate(self.names):
             gap = self.frequencies[:, k] - order * np.abs(self.speeds)
@@ -74,7 +73,8 @@ def campbell(
     """The `count` lowest modes of `machine` at `speeds` (rad/s, rising; negative ones turn the other way),
     followed from speed to speed by how alike their shapes are, not by their order. `progress` shows a bar.
 
-    Where a mode does not oscillate (overdamped), its entries are NaN."""
+    Where a mode does not oscillate (overdamped), its entries are NaN. Raises `InputError` for speeds
+    that do not rise or are fewer than two."""
     speeds = np.asarray(speeds, float)
     if speeds.ndim != 1 or speeds.size < 2 or not np.all(np.diff(speeds) > 0):
         raise InputError("speeds must be a rising list of two speeds at least, in rad/s")

@@ -21,14 +21,13 @@ _APART = 0.65  # radius of the cluster by the distance of the next eigenvalue: 0
 _WIDE = 0.4  # of that distance, the circle round a cluster that is a point: not where resolvents are large
 
 
+@shows(mean="1/s", spread="1/s^2")
 class Cluster(NamedTuple):
     """`mean`: of the eigenvalues, 1/s. `spread`: the mean of their squared distances (complex squares, not
     sizes) from it, 1/s²; 0 where they are one. Of two eigenvalues it is their half distance squared."""
 
     mean: Complex[Array, ""]
     spread: Complex[Array, ""]
-
-    __repr__ = shows(mean="1/s", spread="1/s^2")
 
 
 @takes(near=complex_number, count=whole(1))
@@ -63,7 +62,8 @@ def decay_rate(model: LinearModel) -> Float[Array, ""]:
     exp(-rate t). A free spin gives 0, instability less.
 
     Not smooth where another eigenvalue takes over (the derivative is that of one of them), and where the
-    slowest ones coalesce its slope grows without bound: use `pole_cluster` there.
+    slowest ones coalesce its slope grows without bound: use `pole_cluster` there. Raises `InputError`
+    where `model` is no `LinearModel`.
     """
     return -model.growth
 

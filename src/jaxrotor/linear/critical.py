@@ -77,7 +77,8 @@ def critical_modes(
     """What whirls, twists or shuttles at each of the undamped `critical_speeds`, in their order: a mode's
     `frequency` is `order` times the speed. Unbalance excites forward whirl; a backward one by unequal
     supports alone, a torsional or axial one (`kind`) hardly. Where forward and backward whirl coincide (no
-    gyroscopic effect), each is told once. Not for use under `jit`.
+    gyroscopic effect), each is told once. Not for use under `jit`. Raises `InputError` for wrong
+    arguments, and where rounding hides critical speeds (stiffnesses and masses far apart).
     """
     found = _critical(machine, order, False, at, count, speeds, whirl)
     turning = linearize_checked(machine, jnp.asarray(PROBES[-1]), at)

@@ -32,6 +32,7 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 _REAL = 1e-6
 
 
+@shows(without=("state",), speed="rad/s", spins="rad/s")
 class LinearModel(eqx.Module):
     """Small motions about a steady state: `M q'' + (C + G) q' + K q = F`, and with the elements' internal
     states `x' = A x + B F`, x = (q, q', internal).
@@ -58,7 +59,6 @@ class LinearModel(eqx.Module):
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
     plot = plot_door()
-    __repr__ = shows(without=("state",), speed="rad/s", spins="rad/s")
 
     @cached_property
     def _system(self) -> tuple[Array, Array, Array, Array]:
@@ -153,7 +153,7 @@ def linearize(
     this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds and accelerations
     then count. In the first two, forces from outside bear what is not in balance (drag on a free spin;
     weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
-    holds for any component.
+    holds for any component. Raises `InputError` for another `at`, and for a speed that is not finite.
     """
     require_x64()
     if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):

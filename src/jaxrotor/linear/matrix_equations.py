@@ -22,7 +22,7 @@ def lyapunov(A: Float[Array, "d d"], Q: Float[Array, "d d"]) -> Float[Array, "d 
 
     Exact derivatives of any order by A and Q, in both modes; `jit` and `vmap` work, on the CPU alone. States
     of different units may stand side by side: they are balanced first. Source: Bartels & Stewart, Comm.
-    ACM 15 (1972) 820.
+    ACM 15 (1972) 820. Raises `InputError` for what is no matrix of finite numbers.
     """
     fit(A=(A, (len(A), len(A))), Q=(Q, (len(A), len(A))))
     scale = balance(A)
@@ -108,7 +108,8 @@ def riccati(
 
     Exact derivatives of any order by all four, in both modes; `jit` and `vmap` work, on the CPU alone.
     Sources: Byers, Linear Algebra Appl. 85 (1987) 267 (matrix sign function); Kleinman, IEEE Trans. Autom.
-    Control 13 (1968) 114 (the last digits).
+    Control 13 (1968) 114 (the last digits). Raises `InputError` for what is no matrix of finite
+    numbers.
     """
     d, m = shape_of(B, "B", (len(A), None))
     fit(A=(A, (d, d)), Q=(Q, (d, d)), R=(R, (m, m)))

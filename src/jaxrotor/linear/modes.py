@@ -19,6 +19,7 @@ _TOGETHER = 1e-7
 _PLANE = 0.6
 
 
+@shows(without=("log_decrement", "eigenvalue", "shares", "shape"), frequency=HERTZ)
 class Mode(NamedTuple):
     """One oscillating mode.
 
@@ -41,14 +42,13 @@ class Mode(NamedTuple):
     whirl: float
     shape: np.ndarray
 
-    __repr__ = shows(without=("log_decrement", "eigenvalue", "shares", "shape"), frequency=HERTZ)
-
 
 @takes(count=whole(1))
 def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take
-    `model.natural_frequencies`, which has the same order."""
+    `model.natural_frequencies`, which has the same order. Raises `InputError` where `model` is no
+    `LinearModel`, or `count` is below 1."""
     return named(model, *lowest(model, count))
 
 

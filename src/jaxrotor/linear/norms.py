@@ -112,7 +112,7 @@ def h_infinity_norm(
     """The largest |output per input| over all frequencies: at a peak or at rest. Arguments and refusals as
     for `h2_norm`; the scan for peaks covers `points` frequencies from far below the slowest to far above the
     quickest eigenvalue. Where two peaks are equally high its derivative is the mean of theirs: use
-    `response_peaks` there.
+    `response_peaks` there. Raises `InputError` where the norm is infinite, as `h2_norm` does.
     """
     G = met(transfer(machine, input, output, speed, at, torsion))
     dies = stable(G.A)

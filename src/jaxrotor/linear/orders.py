@@ -33,6 +33,7 @@ from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, chec
 _TURNS = 2
 
 
+@shows(speeds="rad/s")
 class OrderResponse(eqx.Module):
     """Steady vibration at each order: `values` (speed, order, output), complex; the motion is the sum over
     the orders of Re(value e^(i order phi)), phi the angle of the shaft. `speeds`: rad/s. `orders`: per turn.
@@ -43,8 +44,6 @@ class OrderResponse(eqx.Module):
     orders: tuple[float, ...] = eqx.field(static=True)
     outputs: tuple[str, ...] = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
-
-    __repr__ = shows(speeds="rad/s")
 
     @property
     def magnitude(self) -> Float[Array, "s k outputs"]:
@@ -77,6 +76,7 @@ def unbalance_response(
 
     `outputs`: as for `frequency_response`. `shaft`: where shafts turn at different speeds, a station of
     the one whose unbalance is meant; its own speed is then the frequency. By default the driven one.
+    Raises `InputError` for a name that the machine does not have, and for speeds that are not finite.
     """
     check_kind(kind)
     found = _at_orders(machine, outputs, speeds, (1.0,), at, shaft)
@@ -100,6 +100,8 @@ def order_response(
     `"shaft.torque"` out it is the forced torsional vibration over speed, order by order.
 
     Everything else as for `unbalance_response`. The torsional dynamics are those of the mean torque.
+    Raises `InputError` for orders that are no positive multiples of one half, and for what
+    `unbalance_response` refuses.
     """
     for order in orders:
         if not (order > 0 and float(2 * order).is_integer()):

@@ -19,13 +19,12 @@ from .orders import unbalance_response
 _NARROW = 1e-8  # of the speed: as near as levels can tell it
 
 
+@shows(speed="rad/s")
 class Peak(NamedTuple):
     """`speed`: rad/s. `amplitude`: in the unit of the output."""
 
     speed: Float[Array, ""]
     amplitude: Float[Array, ""]
-
-    __repr__ = shows(speed="rad/s")
 
 
 @takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))

@@ -20,23 +20,21 @@ _UNREACHED = (
 _UNSEEN = "measure the one that does not, or let noise drive it where it neither grows nor dies out"
 
 
+@shows()
 class Regulator(NamedTuple):
     """`gain` (m, d): u = -gain x. `cost_matrix` X (d, d): from the state x0 it costs x0' X x0."""
 
     gain: Float[Array, "m d"]
     cost_matrix: Float[Array, "d d"]
 
-    __repr__ = shows()
 
-
+@shows()
 class LQG(NamedTuple):
     """`compensator`: `z' = A z + B y, u = C z`, y the measurement (p,) and u what the actuators do (m,); of
     one actuator, a control loop takes it as it is. `cost`: the mean of x' Q x + u' R u in the long run."""
 
     compensator: Compensator
     cost: Float[Array, ""]
-
-    __repr__ = shows()
 
 
 @takes(A=matrix, B=matrix, Q=matrix, R=matrix)
@@ -66,7 +64,9 @@ def lqg(A: Any, B: Any, C: Any, Q: Any, R: Any, process_noise: Any, measurement_
 
     `process_noise` (d, d), `measurement_noise` (p, p), positive definite: intensities (two-sided densities
     per Hz) of the white noises w and v. For a force of intensity S on one coordinate it is S b b', b that
-    column of `model.B`. All else as for `lqr`, also of the filter. Source: Anderson & Moore (1990), ch. 7-8.
+    column of `model.B`. All else as for `lqr`, also of the filter. Source: Anderson & Moore (1990), ch.
+    7-8. Raises `InputError` for a weight or an intensity that is not positive definite, and where no
+    feedback makes every motion die out.
     """
     A, B, C, Q, R, W, V = _arrays(A, B, C, Q, R, process_noise, measurement_noise)
     d, m = shape_of(B, "B", (A.shape[0], None))
@@ -89,7 +89,7 @@ def closed_loop_cost(A: Any, B: Any, K: Any, Q: Any, R: Any, X0: Any) -> Float[A
     """What the feedback u = -K x costs: the integral of x' Q x + u' R u, from initial states with mean
     square X0 = E[x0 x0'] (d, d): trace(P X0), P by a Lyapunov equation. With X0 the intensity of white noise
     it is the mean cost in the long run. Infinite where the loop is not stable. Exact derivatives in both
-    modes, by K too."""
+    modes, by K too. Raises `InputError` for what is no matrix of finite numbers."""
     A, B, K, Q, R, X0 = _arrays(A, B, K, Q, R, X0)
     d, m = shape_of(B, "B", (A.shape[0], None))
     fit(A=(A, (d, d)), K=(K, (m, d)), Q=(Q, (d, d)), R=(R, (m, m)), X0=(X0, (d, d)))

@@ -27,6 +27,7 @@ Kind = Literal["receptance", "mobility", "accelerance"]
 POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
+@shows(frequencies=HERTZ)
 class FrequencyResponse(eqx.Module):
     """Complex amplitudes: `values` (frequency, output, input) per unit force or moment, or (speed, output)
     for unbalance. `frequencies`: rad/s (the speeds themselves for unbalance). The phase is that of the
@@ -42,7 +43,6 @@ class FrequencyResponse(eqx.Module):
     units: tuple[str, ...] = eqx.field(static=True)
 
     plot = plot_door()
-    __repr__ = shows(frequencies=HERTZ)
 
     @property
     def magnitude(self) -> Float[Array, "..."]:
@@ -74,7 +74,8 @@ def frequency_response(
     A torque at `"engine.phi"` and `"shaft.torque"` out is the forced torsional vibration. Differentiable,
     and by `jax.vmap` over machines and speeds. Where a response has no bound (a free spin at 0 rad/s, a mode
     damped by less than 1e-9 at its own frequency) it is inf, with a warning; what does not meet that
-    motion is finite there too.
+    motion is finite there too. Raises `InputError` for a name that the machine does not have, and for
+    frequencies or a speed that are not finite.
     """
     check_kind(kind)
     inputs, outputs = as_names(inputs), as_names(outputs)

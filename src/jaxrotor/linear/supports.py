@@ -20,6 +20,7 @@ from ..machine.wiring import unknown
 from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
 
 
+@shows(without=("actual",), stiffness="N/m", speeds="rad/s")
 class CriticalSpeedMap(eqx.Module):
     """Undamped forward critical speeds over the radial stiffness of the supports, alike in x and y.
 
@@ -35,7 +36,6 @@ class CriticalSpeedMap(eqx.Module):
     actual: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     plot = plot_door()
-    __repr__ = shows(without=("actual",), stiffness="N/m", speeds="rad/s")
 
 
 @takes(stiffness=numbers("N/m", above=0.0), supports=names, count=whole(1))
@@ -48,6 +48,9 @@ def critical_speed_map(
 ) -> CriticalSpeedMap:
     """The `count` lowest undamped forward critical speeds for each `stiffness` (N/m) of the `supports`
     (default: all linear and speed-dependent ones), their damping and cross-coupling left out.
+
+    Raises `InputError` where the machine has no such support, for a stiffness that is not positive, and
+    where rounding hides critical speeds.
 
     Source: API RP 684, sec. 2.4 (undamped critical-speed map).
     """

@@ -23,6 +23,7 @@ from .response import output_rows
 _BEYOND = 1.5
 
 
+@shows(without=("angles", "torques", "inertia_torques", "tooth_forces"), frequency=HERTZ)
 class TorsionalMode(NamedTuple):
     """One torsional mode, the largest angle 1 rad.
 
@@ -41,11 +42,8 @@ class TorsionalMode(NamedTuple):
     inertia_torques: dict[str, complex]
     tooth_forces: dict[str, complex] = {}
 
-    __repr__ = shows(
-        without=("angles", "torques", "inertia_torques", "tooth_forces"), frequency=HERTZ
-    )
 
-
+@shows(speed="rad/s")
 class Interference(NamedTuple):
     """A natural frequency met by an order of excitation at `speed`, rad/s; `separation`: how far that is
     from the range of speeds, as a part of its nearer end; 0 within."""
@@ -54,8 +52,6 @@ class Interference(NamedTuple):
     order: float
     speed: float
     separation: float
-
-    __repr__ = shows(speed="rad/s")
 
 
 def _ratio(machine: Machine, shaft: str) -> float:
@@ -69,7 +65,8 @@ def _ratio(machine: Machine, shaft: str) -> float:
 
 @takes()
 def torsional(model: LinearModel) -> LinearModel:
-    """The twisting of a linear model alone, all other coordinates held: a `LinearModel` over phi."""
+    """The twisting of a linear model alone, all other coordinates held: a `LinearModel` over phi.
+    Raises `InputError` where nothing can twist."""
     rows = np.array([i for i, (_, c) in enumerate(model.coordinates) if c == "phi"], int)
     if not rows.size:
         raise InputError("nothing can twist in this machine: every phi is held")
@@ -97,6 +94,9 @@ def torsional_modes(
 ) -> list[TorsionalMode]:
     """The torsional modes at `speed` (rad/s) by rising frequency, lateral and axial motion held, with the
     torque in every shaft: what Holzer's table lists, for branched and damped machines too.
+
+    Raises `InputError` where nothing can twist, for a speed that is not finite, and for a `count` below
+    1.
 
     Source: Holzer, Die Berechnung der Drehschwingungen (1921); Friswell et al. (2010), ch. 9.
     """
@@ -173,7 +173,8 @@ def _carriers(machine: Machine) -> dict[str, dict[str, tuple[str, float]]]:
 @takes()
 def holzer_table(mode: TorsionalMode) -> str:
     """A mode as lines of text: station, angle, its inertia's torque; then the torque in each part, of a
-    gear that upon its first wheel, and the force in its teeth."""
+    gear that upon its first wheel, and the force in its teeth. Raises `InputError` where `mode` is
+    none."""
     w = mode.frequency
     lines = [f"{mode.name}: {w:.6g} rad/s, {w / (2 * np.pi):.6g} Hz"]
     width = max(map(len, ("station", *mode.angles, *mode.torques)))
@@ -206,6 +207,8 @@ def interferences(
       and all speeds are its own: behind gears another answer.
     - `count`: of the lowest modes that are looked at; by default all that some order can meet up to one and a
       half times the highest speed.
+
+    Raises `InputError` for orders or speeds that are not positive, and where `shaft` is no station.
     """
     low, high = map(float, speeds)
     if not 0 < low <= high:

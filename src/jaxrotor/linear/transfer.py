@@ -22,13 +22,12 @@ _SHARP = 32  # eigenvalues, the least damped ones, beside which the scan looks c
 _HALVINGS = 30  # of a step of the scan, beside a peak
 
 
+@shows(frequencies=HERTZ)
 class Peaks(NamedTuple):
     """`frequencies`: rad/s, rising. `magnitudes`: of the output per N or N·m."""
 
     frequencies: Float[Array, " count"]
     magnitudes: Float[Array, " count"]
-
-    __repr__ = shows(frequencies=HERTZ)
 
 
 class Transfer(NamedTuple):

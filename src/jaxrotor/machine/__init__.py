@@ -1,9 +1,5 @@
 """The machine, what it is made of inside, and its vector field."""
 
-from .machine import Machine
+import lazy_loader
 
-__all__ = ["Machine"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,7 +1,6 @@
 """Does each connector act at as many places as it is given, and has every station some inertia?"""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -19,10 +18,8 @@ from ..core.protocol import (
     Massive,
     Stateful,
 )
+from .built import Built
 from .lineup import Lineup
-
-if TYPE_CHECKING:
-    from .machine import Machine
 
 
 def check_ends(lineup: Lineup) -> None:
@@ -61,19 +58,21 @@ def check_carried(lineup: Lineup) -> None:
         member += len(block)
 
 
-def massless(machine: "Machine") -> Iterator[str]:
+def massless(machine: Built) -> Iterator[str]:
     """What stations without inertia of their own lack where no shaft with mass helps, in sentences."""
     wiring = machine.wiring
     for k, (name, station) in enumerate(zip(wiring.stations, machine.stations)):
-        own = station.own_mass() if isinstance(station, Carried) else None
-        if own is None or isinstance(station, Lumping):  # what is lumped is filled in later
-            continue
+        if not isinstance(station, Carried) or isinstance(station, Lumping):
+            continue  # what is lumped is filled in later
         beside = [
             (c, [s for s, _ in ends].index(k))
             for c, ends in zip(machine.connectors, wiring.ends)
             if isinstance(c, Massive | Carrying) and any(s == k for s, _ in ends)
         ]
         if any(isinstance(c, Carrying) for c, _ in beside):
+            continue
+        own = station.own_mass()
+        if own is None:
             continue
         added = [
             jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6]
@@ -104,7 +103,8 @@ def _acts_at(element: AbstractElement, given: int) -> int | str:
             return size
     if not isinstance(element, Acting):
         return given
-    motion = (jnp.zeros(6), jnp.zeros(6))
+    six = jax.ShapeDtypeStruct((6,), jnp.float64)  # an array of zeros would be a program to compile
+    motion = (six, six)
     state = None
     if isinstance(element, Stateful):
         state = jax.eval_shape(lambda e: e.initial(), element)

@@ -1,15 +1,13 @@
 """The line-up: every part of a machine, with what is lumped filled in and composites taken apart."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import equinox as eqx
 import jax
 
 from ..core.protocol import LEFT, Composite, Parts
+from .built import Built
 from .wiring import Wiring
-
-if TYPE_CHECKING:
-    from .machine import Machine
 
 
 class Block(eqx.Module):
@@ -42,7 +40,7 @@ def structure(element: Any) -> Any:
     return tree, tuple(x.shape for x in leaves)
 
 
-def line_up(machine: "Machine") -> Lineup:
+def line_up(machine: Built) -> Lineup:
     """Takes composites apart. Under `jax.eval_shape` it serves for the static structure alone."""
     machine = machine.filled()
     wiring = machine.wiring
@@ -120,7 +118,7 @@ def _flat(x: Any) -> Any:
     return x.reshape(*x.shape[:-2], -1)
 
 
-def structure_of(machine: "Machine") -> Lineup:
+def structure_of(machine: Built) -> Lineup:
     """The line-up with shapes in place of arrays: nothing is computed."""
     return eqx.filter_eval_shape(line_up, machine)
 

@@ -96,7 +96,8 @@ class Machine(Part):
         """A serial machine, read from left to right: station, shaft, station, ..., station.
 
         `attachments`: name -> (element, station), or (element, (station, station)). The other
-        arguments are those of `Machine`.
+        arguments are those of `Machine`. Raises `InputError` for two stations side by side, an elastic
+        element without a station on either side, a name used twice, and what `Machine` refuses.
         """
         names = list(elements)
         connections: dict[str, Place] = {}
@@ -218,12 +219,14 @@ class Machine(Part):
         return (lambda m: m[head]), self[head], steps
 
     def get(self, path: str) -> Any:
-        """The parameter (or part) at `path`, such as `"main.unbalance.eccentricity"`."""
+        """The parameter (or part) at `path`, such as `"main.unbalance.eccentricity"`. Raises
+        `InputError` where there is none."""
         _, root, steps = self._split(path)
         return resolve(root, steps, path)
 
     def units(self, path: str) -> tuple[str, ...]:
-        """SI unit of a parameter: one, or one for each entry where they differ."""
+        """SI unit of a parameter: one, or one for each entry where they differ. Raises `InputError` for
+        a path that names no parameter."""
         _, root, steps = self._split(path)
         resolve(root, steps, path)
         field = field_of(resolve(root, steps[:-1], path), steps[-1]) if steps else None
@@ -234,7 +237,8 @@ class Machine(Part):
 
     @takes(values=mapping)
     def set(self, values: Mapping[str, Any]) -> "Machine":
-        """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked."""
+        """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked. Raises
+        `InputError` for a path that names no parameter or part, and for what is out of its bounds."""
         machine = self
         for path, value in values.items():
             where, root, steps = machine._split(path)
@@ -283,7 +287,8 @@ class Machine(Part):
         return [p for h in moved for p in problems(self.motions[h.motion], self._held_path(h))]
 
     def filled(self) -> "Machine":
-        """The machine with the lumped shares of shafts filled in where the user gave none."""
+        """The machine with the lumped shares of shafts filled in where the user gave none. Raises
+        `InputError` where no shaft beside such a station has a share to give."""
         stations = list(self.stations)
         for i, (name, station) in enumerate(zip(self.wiring.stations, stations)):
             if isinstance(station, Lumping):

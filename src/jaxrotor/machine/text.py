@@ -4,7 +4,7 @@ import dataclasses
 import re
 import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -14,10 +14,8 @@ from ..core.declared import ALONE, Within, same
 from ..core.kinematics import COORDINATES
 from ..core.protocol import AbstractConnector, AbstractPrescribed
 from ..core.readable import one_line, parameter_text, settings
+from .built import Built
 from .wiring import FIXED
-
-if TYPE_CHECKING:
-    from .machine import Machine
 
 WIDTH, HEIGHT = 100, 40
 # Names longer than this do not push the values of all others to the right.
@@ -35,7 +33,7 @@ class _Row(NamedTuple):
     place: str = ""
 
 
-def machine_text(machine: "Machine") -> str:
+def machine_text(machine: Built) -> str:
     """Whatever the leaves are; where the machine has been taken apart (a filtered tree), what is left."""
     wiring = getattr(machine, "wiring", None)
     parts = (getattr(machine, "stations", None), getattr(machine, "connectors", None))
@@ -44,7 +42,7 @@ def machine_text(machine: "Machine") -> str:
     return "\n".join(_cut(machine))
 
 
-def _cut(machine: "Machine") -> list[str]:
+def _cut(machine: Built) -> list[str]:
     """The lines, values folded where there is room, else cut; the middle of a long list left out."""
     heads, groups = _heading(machine), _groups(machine)
     size = min(_NAME, max(len(row.name) for _, rows in groups for row in rows))
@@ -95,21 +93,22 @@ def _lines(row: _Row, size: int, kinds: int, folded: bool) -> list[str]:
     return [f"{head}{room[: room.rfind(', ')] if ', ' in room else room}, ..."]
 
 
-def _heading(machine: "Machine") -> list[str]:
+def _heading(machine: Built) -> list[str]:
     stations = machine.wiring.stations
     driven = sum(isinstance(s, AbstractPrescribed) for s in machine.stations)
     free = 6 * (len(stations) - driven) - len(machine.wiring.held)
     inner = len(stations) - len(machine.stations)
     count = len(machine.stations)
     words = f"{count} station{'s' * (count > 1)}" + (f" and {inner} inside shafts" if inner else "")
-    field = next(f for f in dataclasses.fields(machine) if f.name == "gravity")
+    fields = dataclasses.fields(machine)  # pyright: ignore[reportArgumentType]
+    field = next(f for f in fields if f.name == "gravity")
     gravity = f"gravity {parameter_text(field, machine.gravity)}"
     if same(machine.gravity, np.zeros(3)):
         gravity = "no gravity"
     return [f"Machine: {words}, {free} degrees of freedom, {gravity}"]
 
 
-def _groups(machine: "Machine") -> list[tuple[str, list[_Row]]]:
+def _groups(machine: Built) -> list[tuple[str, list[_Row]]]:
     wiring = machine.wiring
     line, attached = [], []
     places = dict(zip(wiring.connectors, (_places(machine, ends) for ends in wiring.ends)))
@@ -141,11 +140,11 @@ def _row(name: str, element: Any, place: str = "", within: Within = ALONE) -> _R
     return _Row(name, kind, tuple(settings(element, within)), place)
 
 
-def _places(machine: "Machine", ends: tuple[tuple[int, str], ...]) -> list[str]:
+def _places(machine: Built, ends: tuple[tuple[int, str], ...]) -> list[str]:
     return [machine.wiring.stations[s] + (f".{port}" if port else "") for s, port in ends]
 
 
-def _from_left_to_right(machine: "Machine") -> Iterator[tuple[Any, str, bool]]:
+def _from_left_to_right(machine: Built) -> Iterator[tuple[Any, str, bool]]:
     """(element, name, whether it stands between the rows before and behind it) of stations and connectors,
     along the line from its left end, branch by branch."""
     wiring = machine.wiring

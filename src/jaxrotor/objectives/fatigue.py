@@ -1,5 +1,6 @@
 """Fatigue: rainflow cycles, and Miner's sum over them."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import jax
@@ -90,7 +91,7 @@ class FatigueDamage(AbstractSignalMeasure):
         positive=True, label="amplitude that fails in one cycle, in the sensor's unit"
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
 
     @property

@@ -1,6 +1,6 @@
 """Integrals and means over time, of signals that are straight between samples."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import equinox as eqx
 import jax
@@ -58,7 +58,7 @@ class Integral(AbstractSignalMeasure):
     power: int = eqx.field(static=True, default=1)
     absolute: bool = eqx.field(static=True, default=False)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
         if self.power not in (1, 2):
             yield f"power must be 1 or 2, but is {self.power!r}"

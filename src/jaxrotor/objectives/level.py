@@ -1,5 +1,6 @@
 """How strong a signal is, over all of its time: root mean square, and what it stays below."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import equinox as eqx
@@ -30,7 +31,7 @@ class RootMeanSquare(AbstractSignalMeasure):
     moving: Float[Array, ""] | None = parameter("s", positive=True, optional=True, default=None)
     about: Literal["zero", "mean"] = eqx.field(static=True, default="zero")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
 
     @property
@@ -60,7 +61,7 @@ class Percentile(AbstractSignalMeasure):
 
     share: Float[Array, ""] = parameter(nonnegative=True, default=0.95)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
         if self.share > 1:
             yield f"share must be 1 at most, but is {self.share:g}: give 0.95 for 95 %"

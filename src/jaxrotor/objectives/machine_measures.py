@@ -2,6 +2,7 @@
 
 import abc
 import math
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -42,7 +43,7 @@ class AbstractMachineMeasure(Part, Judging):
     def __call__(self, machine: Machine) -> Array:
         """The number or numbers."""
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         found = list(problems(self, type(self).__name__))
         if found:
             raise InputError(*found)
@@ -74,7 +75,7 @@ class ResponsePeaks(AbstractMachineMeasure):
     torsion: bool = eqx.field(static=True, default=False)
     unit: ClassVar[str] = ""
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, " count"]:
@@ -166,7 +167,7 @@ class UnbalancePeak(AbstractMachineMeasure):
     at: str = option(choice("equilibrium", "undeformed"), default="equilibrium")
     unit: ClassVar[str] = ""
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from _range_faults(self)
 
     def __call__(self, machine: Machine) -> Float[Array, ""]:

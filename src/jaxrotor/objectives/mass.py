@@ -18,7 +18,7 @@ def total_mass(machine: Machine) -> Float[Array, ""]:
 
     Twice the kinetic energy of a unit speed along x, by the elements' own account of it, so that a class of
     your own counts too; fixed coordinates do not matter. Driven ends have no mass; a `Shaft` has what its
-    bearings lump of it.
+    bearings lump of it. Raises `InputError` where `machine` is none.
     """
     return _inertia(machine, 0)
 
@@ -29,7 +29,7 @@ def polar_inertia(machine: Machine) -> Float[Array, ""]:
     stations in phi.
 
     Each station at its own speed, as if there were no gears. What turns on a state of its own (the ring of
-    a `TorsionalDamper`) is not counted.
+    a `TorsionalDamper`) is not counted. Raises `InputError` where `machine` is none.
     """
     return _inertia(machine, 5)
 

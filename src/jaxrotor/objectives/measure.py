@@ -43,7 +43,7 @@ class AbstractMeasure(Part):
     of bounds are refused where it is made.
     """
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         found = list(problems(self, type(self).__name__))
         if found:
             raise InputError(*found)

@@ -1,5 +1,6 @@
 """The largest value of a signal, exact or smooth; in a run, or while it passes a range of speeds."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import equinox as eqx
@@ -72,7 +73,7 @@ class PeakValue(AbstractSignalMeasure):
     sharpness: Float[Array, ""] | None = parameter(optional=True, default=None)
     about: Literal["zero", "mean"] = eqx.field(static=True, default="zero")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
         yield from _sharpness_faults(self.sharpness)
 
@@ -110,7 +111,7 @@ class PassageAmplitude(AbstractSignalMeasure):
     high: Float[Array, ""] = parameter("rad/s", positive=True)
     sharpness: Float[Array, ""] | None = parameter(optional=True, default=None)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
         yield from _sharpness_faults(self.sharpness)
         if self.low >= self.high:

@@ -1,5 +1,7 @@
 """How long until a signal has settled."""
 
+from collections.abc import Iterator
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -32,7 +34,7 @@ class SettlingTime(AbstractSignalMeasure):
         optional=True, default=None, label="in the sensor's unit"
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from window_faults(self)
 
     @property

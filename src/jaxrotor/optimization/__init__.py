@@ -1,12 +1,5 @@
 """The best design under constraints."""
 
-from .experiment import NoRun, SimulatedRun
-from .optimize import optimize
-from .optimum import Optimum
-from .variations import Variations
+import lazy_loader
 
-__all__ = ["NoRun", "Optimum", "SimulatedRun", "Variations", "optimize"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

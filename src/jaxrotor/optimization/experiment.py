@@ -34,7 +34,7 @@ class AbstractExperiment(Part):
         """Prepared for machines like this one and for slopes by forward or reverse mode; raises
         `InputError` where it cannot be."""
 
-    def judged(self, machine: Machine, measures: list[Callable]) -> list[Array]:
+    def judged(self, machine: Machine, measures: list[Callable[[Any], Array]]) -> list[Array]:
         """Each measure of the outcome; with variations (b, ...), of each machine."""
 
         def one(machine):

@@ -69,9 +69,9 @@ def optimize(
     - `reverse`: slopes by reverse mode; by default from seven unknowns on.
 
     **Returns** an `Optimum`; stopped by Ctrl-C after the first evaluation, that of the best place so far,
-    marked `interrupted`. Raises `InputError` for wrong input before anything runs, and where no start
-    gives a finite objective. Source: Nocedal & Wright, Numerical Optimization, 2nd ed., ch. 6 (BFGS) and 17
-    (augmented Lagrangian).
+    marked `interrupted`. Raises `InputError` for wrong input before anything runs, and `ConvergenceError`
+    where no start gives a finite objective. Source: Nocedal & Wright, Numerical Optimization, 2nd ed., ch. 6
+    (BFGS) and 17 (augmented Lagrangian).
     """
     require_x64()
     if not isinstance(machine, Machine):

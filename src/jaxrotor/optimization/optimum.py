@@ -22,6 +22,7 @@ from .search import Found, Step
 _ACTIVE = 1e-6
 
 
+@shows()
 @dataclasses.dataclass(frozen=True)
 class Held:
     """A constraint at the optimum. `value`: of the criterion, its worst entry. `price`: by how much the
@@ -34,8 +35,6 @@ class Held:
     value: float
     price: float
     active: bool
-
-    __repr__ = shows()
 
 
 @dataclasses.dataclass(frozen=True)

@@ -73,7 +73,8 @@ class Variations(Part):
     ) -> "Variations":
         """Each parameter by a factor between `1 - spread` and `1 + spread`, independently and evenly (Latin
         hypercube, scipy.stats.qmc). `paths`: by default every parameter of the machine that is not zero, but
-        gravity. The first machine is the nominal one."""
+        gravity. The first machine is the nominal one. Raises `InputError` for a path that is no
+        parameter, a spread not between 0 and 1, and a count below 2."""
         from scipy.stats import qmc
 
         if paths is None:

@@ -54,6 +54,7 @@ def spectrum(
     `names`: as in `over_time`. `start`: s, from when on the run is looked at; by default its last third.
     `highest`: Hz, where the axis ends; by default half the sampling rate. `segment`: samples in each of the
     overlapping pieces that are averaged; by default one piece, the finest lines, as a run has no noise.
+    Raises `InputError` where `start` lies beyond the end of the run.
     """
     t = np.asarray(response.t)
     begin = t[0] + _SETTLED * (t[-1] - t[0]) if start is None else start

@@ -41,7 +41,8 @@ def mode_shapes(
     by which way they run against the station's own spin, with the centre line at the instant of the dots;
     torsional modes by turned spokes, axial ones by shifted stations.
 
-    `ax`: of the projection "3d" for that view.
+    `ax`: of the projection "3d" for that view. Raises `InputError` for another view, for a mode that is
+    none, and where no mode oscillates.
     """
     if view not in ("2d", "3d"):
         raise InputError(f'view must be "2d" or "3d", but is {view!r}')

@@ -51,7 +51,8 @@ def distributions(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Of each output that is one number: a histogram, and the share of cases that do not exceed a value.
-    Dashed: its limit (`limits`: name -> something with a `value` and `met`)."""
+    Dashed: its limit (`limits`: name -> something with a `value` and `met`). Raises `InputError` where
+    a name is no output, or none of them is one number for each case."""
     limits, numbers = limits or {}, _numbers(found, names)
     _, axes = figure(len(numbers), 2, (11.0, 0.6 + 2.9 * len(numbers)), ax)
     for (left, right), (name, values) in zip(axes, numbers.items()):
@@ -151,7 +152,8 @@ def grid_lines(
     limits: Mapping[str, Any] | None = None,
     ax: Given | None = None,
 ) -> np.ndarray:
-    """Of a grid of one axis: each output that is one number, over it."""
+    """Of a grid of one axis: each output that is one number, over it. Raises `InputError` where a name
+    is no output, or none of them is one number for each case."""
     (path,) = axes_of(found)
     numbers, limits = _numbers(found, names), limits or {}
     x_size, x_words = quantity_label(found, path)
@@ -179,7 +181,8 @@ def grid_map(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Of a grid of two axes: each output that is one number, as a map; dashed its limit. Cases that failed
-    are white."""
+    are white. Raises `InputError` where a name is no output, or none of them is one number for each
+    case."""
     first, second = axes_of(found)
     numbers, limits = _numbers(found, names), limits or {}
     (x_size, x_words), (y_size, y_words) = (quantity_label(found, p) for p in (second, first))

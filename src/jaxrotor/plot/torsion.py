@@ -23,7 +23,8 @@ def speed_differences(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Speed and acceleration of rotors less the drive's (so many times it as the gears make them turn), over
-    the run and in the passage: 2 by 2 panels. By default the three heaviest rotors and the driven end."""
+    the run and in the passage: 2 by 2 panels. By default the three heaviest rotors and the driven end.
+    Raises `InputError` where `driver` is no station, or is left out and no end is driven."""
     stations, driver, ratios = _beside_drive(response, stations, driver)
     t = np.asarray(response.t)
     zoom = select.around(response, select.passage(response, stations[0]), 0.2)
@@ -55,7 +56,8 @@ def speed_spectrum(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Power spectral density of the speed less the drive's (as in `speed_differences`), whole run and last
-    third, with the lines at once and twice per turn of the final speed: two panels."""
+    third, with the lines at once and twice per turn of the final speed: two panels. Raises `InputError`
+    where `driver` is no station, or is left out and no end is driven."""
     stations, driver, ratios = _beside_drive(response, stations, driver)
     t = np.asarray(response.t)
     rate = 1.0 / (t[1] - t[0])

@@ -1,26 +1,5 @@
 """Quantities given in time: speeds, torques, schedules."""
 
-from .motion import AbstractMotion, ConstantSpeed, CosineRamp, LinearRamp, SpeedTable
-from .schedule import AbstractSchedule, Harmonic, Impulse, PulseTrain, Ramp, Steady, Step, Table
-from .spline import SpeedSpline
+import lazy_loader
 
-__all__ = [
-    "AbstractMotion",
-    "AbstractSchedule",
-    "ConstantSpeed",
-    "CosineRamp",
-    "Harmonic",
-    "Impulse",
-    "LinearRamp",
-    "PulseTrain",
-    "Ramp",
-    "SpeedSpline",
-    "SpeedTable",
-    "Steady",
-    "Step",
-    "Table",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,6 +5,7 @@ differentiation, so the three can never disagree.
 """
 
 import abc
+from collections.abc import Iterator
 
 import jax
 import jax.numpy as jnp
@@ -104,7 +105,7 @@ class SpeedTable(AbstractMotion):
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from table_faults(self.times, self.speeds, ("times", "speeds"), "s")
 
     def position(self, t: Scalar) -> Scalar:

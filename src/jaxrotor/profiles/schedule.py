@@ -4,6 +4,7 @@ A schedule has no unit of its own: its levels are in the unit of what it drives,
 """
 
 import abc
+from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
@@ -95,7 +96,7 @@ class Table(AbstractSchedule):
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
     values: Float[Array, " n"] = parameter(shapes=((None,),))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from table_faults(self.times, self.values, ("times", "values"), "s")
 
     def value(self, t: Scalar) -> Scalar:
@@ -120,7 +121,7 @@ class PulseTrain(AbstractSchedule):
     # how many: a whole number, for the solver must know the number of edges before it runs
     count: int = option(whole(1, 1_000_000), default=1)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not self.width < self.period:
             yield (
                 f"width must be less than the period, {float(self.period):g} s, but is "
@@ -152,7 +153,7 @@ class Harmonic(AbstractSchedule):
         "rad", shapes=((None,),), optional=True, default=None
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         phases = self.amplitudes if self.phases is None else self.phases
         sizes = [x.shape[0] for x in (self.amplitudes, self.frequencies, phases)]
         if len(set(sizes)) > 1:

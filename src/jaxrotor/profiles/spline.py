@@ -1,5 +1,6 @@
 """A speed curve without a kink: a natural cubic spline, and one that smooths a measurement."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ class SpeedSpline(AbstractMotion):
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from table_faults(self.times, self.speeds, ("times", "speeds"), "s", rows=3)
 
     def _curvatures(self) -> Float[Array, " n"]:
@@ -73,7 +74,9 @@ class SpeedSpline(AbstractMotion):
 
         `lam`: the weight of smoothness, the penalty on the squared second derivative of speed; left
         out, it is found by generalised cross validation (scipy's `make_smoothing_spline`). The
-        points of the spline are then as few as keep it within a twentieth of the noise.
+        points of the spline are then as few as keep it within a twentieth of the noise. Raises
+        `InputError` for lists that are not equally long, rising and finite, five rows at least, and for
+        a negative `lam`.
         """
         from scipy.interpolate import CubicSpline, make_smoothing_spline
 

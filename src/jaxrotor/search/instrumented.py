@@ -23,7 +23,7 @@ class Instrumented(eqx.Module):
     machine: Machine
     channels: dict[str, Channel]
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         for name, channel in self.channels.items():
             if name in self.machine.wiring.order:
                 raise InputError(

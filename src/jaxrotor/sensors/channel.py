@@ -1,5 +1,6 @@
 """A measurement channel: a sensor and the chain behind it."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import jax.numpy as jnp
@@ -67,7 +68,7 @@ class Channel(Part):
         at = response.t if times is None else jnp.asarray(times, float)
         return self.noise.added(key, clean, at[1] - at[0])
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if isinstance(self.order, bool) or self.order not in range(1, 9):
             yield f"order must be a whole number from 1 to 8, but is {self.order!r}"
 

@@ -1,6 +1,7 @@
 """Pulses of an encoder or a keyphasor: instants instead of samples."""
 
 import numpy as np
+from jaxtyping import Array, Float
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
@@ -12,7 +13,7 @@ from .record import Series
 
 
 @takes(instants=numbers("s", fewest=2, rising=True), pulses=whole(1), first=number("rad"))
-def angle_of(instants, pulses: int, first: float = 0.0) -> Series:
+def angle_of(instants: Float[Array | np.ndarray, " n"], pulses: int, first: float = 0.0) -> Series:
     """The angle at recorded instants (s, rising): each of `pulses` in a turn is 2 pi/pulses further.
 
     `first`: rad, at the first instant. Raises `InputError` for instants that do not rise.
@@ -22,8 +23,9 @@ def angle_of(instants, pulses: int, first: float = 0.0) -> Series:
 
 
 @takes(instants=numbers("s", fewest=2, rising=True), pulses=whole(1))
-def speed_of(instants, pulses: int) -> Series:
-    """The mean speed between recorded instants, rad/s, in the middle between them."""
+def speed_of(instants: Float[Array | np.ndarray, " n"], pulses: int) -> Series:
+    """The mean speed between recorded instants, rad/s, in the middle between them. Raises `InputError`
+    for instants that do not rise or are fewer than two, and for `pulses` below 1."""
     at = angle_of(instants, pulses).t
     return Series(0.5 * (at[1:] + at[:-1]), 2 * np.pi / pulses / np.diff(at), unit="rad/s")
 
@@ -33,7 +35,7 @@ def pulse_times(response: Response, station: str, pulses: int) -> np.ndarray:
     """Instants (s) at which a station passes the marks of an encoder, forwards, during a run.
 
     Between samples the angle is a cubic with its own rate, so the instants are far better than the samples
-    are dense.
+    are dense. Raises `InputError` where it is no station, and for `pulses` below 1.
     """
     part = response[station]
     if not isinstance(part, StationResponse):

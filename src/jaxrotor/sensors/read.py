@@ -24,7 +24,7 @@ _TIME_KEYS = ("column", "unit")
 
 
 @takes(path=path)
-def read_record(path: str | os.PathLike) -> Record:
+def read_record(path: str | os.PathLike[str]) -> Record:
     """A recorded run, described by a TOML file such as
 
     ```toml
@@ -51,7 +51,8 @@ def read_record(path: str | os.PathLike) -> Record:
     A text file's separator, decimal sign, encoding, a line of units and lines before the names of the
     columns are found out, and told in the record's `notes`; or give `separator` (`"\\t"`, `";"`, `" "` for
     any spaces), `decimal = ","`, `encoding = "latin-1"`, `skip` (how many lines stand before the names).
-    Raises `InputError` with file, column and row for whatever cannot be read or makes no sense.
+    Raises `InputError` with file, column and row for whatever cannot be read or makes no sense, and
+    `MissingExtraError` for a Parquet file without pyarrow (extra `data`).
     """
     place = Path(path)
     told = read_document(place, "file, time and [channels.NAME]")

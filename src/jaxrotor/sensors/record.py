@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from ..core.arguments import mapping, real_array, short, some_text
 from ..core.errors import InputError
@@ -14,6 +15,10 @@ class Series:
     """One signal: `values` at the instants `t` (s, rising), in `unit`. A value that is not a number is
     missing: it counts for nothing. Instants may be unequally spaced. Raises `InputError` for lengths that
     differ, instants that do not rise or are not finite, values that are infinite, and too few of them."""
+
+    t: Float[np.ndarray, " n"]
+    values: Float[np.ndarray, " n"]
+    unit: str
 
     def __init__(self, t: Any, values: Any, unit: str = "", place: str = "a series"):
         self.t, self.values = (
@@ -78,6 +83,10 @@ class Record:
 
     `name`: for messages and figures. `notes`: what was found out about the files it was read from.
     """
+
+    series: dict[str, Series]
+    name: str
+    notes: tuple[str, ...]
 
     def __init__(self, series: Mapping[str, Series], name: str = "run", notes: Sequence[str] = ()):
         for key, one in mapping(series, f"`{name}`: series").items():

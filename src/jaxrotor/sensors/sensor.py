@@ -2,6 +2,7 @@
 (those are the `Channel`'s)."""
 
 import abc
+from collections.abc import Iterator
 from typing import ClassVar
 
 import equinox as eqx
@@ -21,7 +22,8 @@ class AbstractSensor(Part):
 
     @abc.abstractmethod
     def signal(self, response: Response) -> Float[Array, " nt"]:
-        """What it sees at the samples of the run, in `unit`."""
+        """What it sees at the samples of the run, in `unit`. Raises `InputError` where the machine has
+        no such part, or nothing there to be seen."""
 
 
 def _station(response: Response, name: str) -> StationResponse:
@@ -74,7 +76,7 @@ class Accelerometer(AbstractSensor):
         along = self.direction / jnp.linalg.norm(self.direction)
         return _station(response, self.station).acceleration[:, :3] @ along
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not abs(self.direction).max() > 0:
             yield "direction must not be zero: give a vector such as (0, 1, 0)"
 

@@ -1,26 +1,5 @@
 """From a machine to its motion: starts, plans, runs, results, energies."""
 
-from .energy import EnergyAudit, energy_audit
-from .equilibrium import static_equilibrium
-from .pilot import plan
-from .plan import Plan
-from .response import Response
-from .simulate import simulate
-from .simulation import Simulation
-from .state import State
+import lazy_loader
 
-__all__ = [
-    "EnergyAudit",
-    "Plan",
-    "Response",
-    "Simulation",
-    "State",
-    "energy_audit",
-    "plan",
-    "simulate",
-    "static_equilibrium",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

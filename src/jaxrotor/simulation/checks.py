@@ -3,7 +3,6 @@
 import os
 from typing import Any
 
-import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -74,6 +73,8 @@ def a_start(value: Any, place: str) -> Any:
 
 def a_solver(value: Any, place: str) -> Any:
     """What `solver` may be."""
+    import diffrax  # takes as long to load as the rest of a check, of studies that mostly name no solver
+
     if isinstance(value, diffrax.AbstractSolver):
         return value
     name = value.__name__ if isinstance(value, type) else "Tsit5"

@@ -32,6 +32,7 @@ _TOLERANCE = 1e-6
 _RTOL = 1e-8
 
 
+@shows(t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative="")
 class EnergyAudit(eqx.Module):
     """Energies over time, (nt,) each, J.
 
@@ -45,10 +46,6 @@ class EnergyAudit(eqx.Module):
     potential: Float[Array, " nt"]
     work_in: Float[Array, " nt"]
     lost: Float[Array, " nt"]
-
-    __repr__ = shows(
-        t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative=""
-    )
 
     @property
     def residual(self) -> Float[Array, " nt"]:

@@ -12,6 +12,7 @@ _LARGEST_TURN = 0.26  # rad of rotation in a step
 DEFAULT_TOLERANCE = 5e-5
 
 
+@shows(speed="rad/s", top_speed="rad/s")
 @dataclass(frozen=True)
 class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.
@@ -30,8 +31,6 @@ class Plan:
     top_speed: float
     error: float = field(compare=False)
     tolerance: float
-
-    __repr__ = shows(speed="rad/s", top_speed="rad/s")
 
 
 def bucket(substeps: float) -> int:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -27,8 +27,10 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from .named_parts import forces_on_ends, inner_element, part_of
-from .response_text import part_text, response_text
 from .run_info import RunInfo
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Response(eqx.Module):
@@ -53,7 +55,7 @@ class Response(eqx.Module):
     plot = plot_door()
 
     def __repr__(self) -> str:
-        return response_text(self)
+        return through("simulation.response_text", "response_text")(self)
 
     def __getitem__(self, name: str) -> "StationResponse | ConnectorResponse":
         if self.t.ndim != 1:
@@ -102,7 +104,7 @@ class Response(eqx.Module):
         """The samples before `sample`."""
         return eqx.tree_at(lambda r: (r.t, r.y), self, (self.t[:sample], self.y[:sample]))
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xarray.Dataset":
         """An `xarray.Dataset`: `position`, `velocity`, `acceleration` and `reaction` (time, station,
         coordinate), `speed` and `mass_centre`; and one by one, as `part_quantity`, each station's
         coordinates and speed, the elements' own signals and what each exerts: `ds.main_x`,
@@ -113,7 +115,9 @@ class Response(eqx.Module):
         return through("simulation.export", "to_xarray")(self)
 
     @takes(path=path, names=names)
-    def to_csv(self, path: str | os.PathLike, names: str | Sequence[str] | None = None) -> Path:
+    def to_csv(
+        self, path: str | os.PathLike[str], names: str | Sequence[str] | None = None
+    ) -> Path:
         """Writes time and quantities as a table, whole or not at all: a line of names (`"t"`, `"main.x"`,
         ...), a line of units, then a line for each sample with all digits. `read_record` reads it.
 
@@ -123,7 +127,7 @@ class Response(eqx.Module):
         """
         return through("study.table", "save_csv")(self, path, names)
 
-    def save(self, path: str | os.PathLike) -> Path:
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes netCDF, whole or not at all."""
         # by way of memory: HDF5 crashes the program when it closes a file for which the disk has no room
         data = self.to_xarray().to_netcdf(engine="h5netcdf", invalid_netcdf=False)
@@ -167,7 +171,7 @@ class _Part:
         self._element = _element(response, name)
 
     def __repr__(self) -> str:
-        return part_text(self)  # pyright: ignore[reportArgumentType]
+        return through("simulation.response_text", "part_text")(self)
 
     def _evaluation(self) -> Evaluation:
         return self._response.evaluation
@@ -244,12 +248,35 @@ class StationResponse(_Part):
             v = to_turning(self.position.T, v.T)[1].T
         return jnp.sum(self.reaction * v, axis=1)
 
-    x = property(lambda self: self.position[:, 0], doc="m")
-    y = property(lambda self: self.position[:, 1], doc="m")
-    z = property(lambda self: self.position[:, 2], doc="m")
-    psi = property(lambda self: self.position[:, 3], doc="rad")
-    theta = property(lambda self: self.position[:, 4], doc="rad")
-    phi = property(lambda self: self.position[:, 5], doc="rad")
+    @property
+    def x(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 0]
+
+    @property
+    def y(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 1]
+
+    @property
+    def z(self) -> Float[Array, " nt"]:
+        """m"""
+        return self.position[:, 2]
+
+    @property
+    def psi(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 3]
+
+    @property
+    def theta(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 4]
+
+    @property
+    def phi(self) -> Float[Array, " nt"]:
+        """rad"""
+        return self.position[:, 5]
 
     @property
     def speed(self) -> Float[Array, " nt"]:

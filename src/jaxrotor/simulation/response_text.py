@@ -2,7 +2,7 @@
 would have to be compiled."""
 
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,15 +10,13 @@ from ..core.protocol import AbstractConnector
 from ..core.readable import amount, known_numbers
 from ..core.result_text import WIDTH, cut, listed
 from .attitude import poles_passed
+from .response import ConnectorResponse, Response, StationResponse
 from .run_info import error_words
-
-if TYPE_CHECKING:
-    from .response import ConnectorResponse, Response, StationResponse
 
 _LABEL = 12
 
 
-def response_text(response: "Response") -> str:
+def response_text(response: Response) -> str:
     t = known_numbers(response.t)
     lines = [f"Response: {_times(response, t)}"]
     lines += [_line(name, listed(parts, WIDTH - _LABEL - 2)) for name, parts in _parts(response)]
@@ -33,7 +31,7 @@ def _line(name: str, text: str) -> str:
     return cut(f"  {name:{_LABEL - 2}}  {text}")
 
 
-def _times(response: "Response", t: np.ndarray | None) -> str:
+def _times(response: Response, t: np.ndarray | None) -> str:
     *batch, count = np.shape(response.t) or (1,)
     words = f"a batch of {' x '.join(map(str, batch))} runs, each " if batch else ""
     words += f"{count} sample{'s' * (count != 1)}"
@@ -45,7 +43,7 @@ def _times(response: "Response", t: np.ndarray | None) -> str:
     return f"{words}{rate}, {first_and_last.replace('[', '').replace(']', '')}"
 
 
-def _parts(response: "Response") -> list[tuple[str, list[str]]]:
+def _parts(response: Response) -> list[tuple[str, list[str]]]:
     machine = response.machine
     stations = list(machine.wiring.stations[: len(machine.stations)])
     names = list(zip(machine.wiring.connectors, machine.connectors))
@@ -55,7 +53,7 @@ def _parts(response: "Response") -> list[tuple[str, list[str]]]:
     return [(title, found) for title, found in groups if found]
 
 
-def _how(response: "Response") -> list[tuple[str, str]]:
+def _how(response: Response) -> list[tuple[str, str]]:
     info, found = response.info, []
     if info.initial:
         found.append(("start", info.initial))
@@ -98,7 +96,7 @@ def _is_nan(x: Any) -> bool:
     return value is not None and bool(np.all(np.isnan(value)))
 
 
-def _speeds(response: "Response") -> str:
+def _speeds(response: Response) -> str:
     """Of each station where the samples have been evaluated; else what was planned for."""
     evaluation = vars(response).get("evaluation")
     if evaluation is None or known_numbers(evaluation.q) is None or np.ndim(evaluation.q) != 3:
@@ -117,7 +115,7 @@ def _range(low: float, high: float) -> str:
     return first if first == last else f"{first} to {last}"
 
 
-def _doubts(response: "Response") -> list[str]:
+def _doubts(response: Response) -> list[str]:
     """What the run warned of, as far as its samples show it."""
     found = []
     sample = response.failed_at()
@@ -130,7 +128,7 @@ def _doubts(response: "Response") -> list[str]:
     return [*found, words] if words else found
 
 
-def part_text(part: "StationResponse | ConnectorResponse") -> str:
+def part_text(part: StationResponse | ConnectorResponse) -> str:
     """One part of a run: the quantities that it has, with units."""
     known_units = {
         "x, y, z": "m", "psi, theta, phi": "rad", "speed": "rad/s", "position": "", "velocity": "",

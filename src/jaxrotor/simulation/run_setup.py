@@ -32,7 +32,7 @@ class RunSetup(eqx.Module):
     `linearised_at`: rad/s, of the exponential solvers' linear part. `step`: of adaptive solvers, fixed, s.
     """
 
-    solver: diffrax.AbstractSolver
+    solver: diffrax.AbstractSolver[Any]
     initial: Any
     speed: Float[Array, ""] | None
     linearised_at: Float[Array, ""]

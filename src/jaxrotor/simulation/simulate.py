@@ -52,7 +52,7 @@ def simulate(
     sample_rate: float | None = None,
     initial: Initial | State = "static",
     speed: Float[Array, ""] | float | None = None,
-    solver: diffrax.AbstractSolver | None = None,
+    solver: diffrax.AbstractSolver[Any] | None = None,
     step: Plan | float | None = None,
     rtol: float | None = None,
     atol: float | None = None,

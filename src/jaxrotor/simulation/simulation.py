@@ -2,16 +2,15 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-import diffrax
 from jaxtyping import Array, Float
 
+from .. import integrators
 from ..core.arguments import Check, number, positive
 from ..core.errors import InputError
 from ..core.gate import either
 from ..core.part import Part, option
-from ..integrators.exponential import ExponentialAdams
 from ..machine.machine import Machine
 from .checks import (
     a_solver,
@@ -26,6 +25,9 @@ from .sampling_grid import grid_of
 from .solver import is_planned, solver_for
 from .state import State
 
+if TYPE_CHECKING:  # what no solver is given for is run, and checked, without it
+    import diffrax
+
 Initial = Literal["static", "running", "steady", "undeformed"]
 
 # Of adaptive solvers, where nothing else is said.
@@ -39,12 +41,12 @@ class Settings(TypedDict, total=False):
     sample_rate: float
     initial: Initial | State
     speed: Float[Array, ""] | float | None
-    solver: diffrax.AbstractSolver | None
+    solver: "diffrax.AbstractSolver[Any] | None"
     step: Plan | float | None
     tolerance: float | None
     rtol: float | None
     atol: float | None
-    adjoint: diffrax.AbstractAdjoint | None
+    adjoint: "diffrax.AbstractAdjoint | None"
 
 
 def _checked(check: Check, default: Any = None) -> Any:
@@ -84,25 +86,31 @@ class Simulation(Part):
     sample_rate: float = option(positive("Hz"))
     initial: Initial | State = _checked(a_start, "static")
     speed: Float[Array, ""] | float | None = _checked(number("rad/s"))
-    solver: diffrax.AbstractSolver | None = _checked(a_solver)
+    solver: "diffrax.AbstractSolver[Any] | None" = _checked(a_solver)
     step: Plan | float | None = _checked(either(Plan, positive("s")))
     tolerance: float | None = option(number(above=0.0, below=1.0), default=None)
     rtol: float | None = option(number(above=0.0, below=1.0), default=None)
     atol: float | None = option(positive(), default=None)
-    adjoint: diffrax.AbstractAdjoint | None = None
+    adjoint: "diffrax.AbstractAdjoint | None" = None
 
     def check(self, machine: Machine) -> Float[Array, ""]:
         """The speed at the start, rad/s. Raises `InputError` where `machine` cannot be run so, or a setting
         would mean nothing to its solver."""
+        self.refuse(machine)
+        return initial_speed(machine, self.initial, self.speed)
+
+    def refuse(self, machine: Machine) -> None:
+        """Raises `InputError` as `check` does. Where nothing about the start is asked that the drive could
+        contradict, its speed is not computed: no operation is compiled for it."""
         check_machine(machine)
         self._check_accuracy(solver_for(machine, self.solver))
         sample_count(self.t_end, self.sample_rate, len(machine.wiring.stations))
-        speed = initial_speed(machine, self.initial, self.speed)
+        if self.speed is not None or not isinstance(self.initial, str) or self.initial == "steady":
+            initial_speed(machine, self.initial, self.speed)
         refuse_sampled_whirl(self.initial, grid_of(machine, self.sample_rate) is not None)
-        return speed
 
     def _check_accuracy(self, solver: Any) -> None:
-        name = type(solver or ExponentialAdams()).__name__
+        name = "ExponentialAdams" if solver is None else type(solver).__name__
         if is_planned(solver):
             for setting in ("rtol", "atol"):
                 if getattr(self, setting) is not None:
@@ -132,7 +140,9 @@ class Simulation(Part):
     @property
     def order(self) -> int:
         """Of the exponential Adams method that runs where it is planned."""
-        return self.solver.order_ if isinstance(self.solver, ExponentialAdams) else 6
+        if self.solver is None or not isinstance(self.solver, integrators.ExponentialAdams):
+            return 6
+        return self.solver.order_
 
     @property
     def planned_tolerance(self) -> float:

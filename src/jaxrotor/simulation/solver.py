@@ -7,9 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from .. import integrators
 from ..core.protocol import NonSmooth
-from ..integrators.exponential import AbstractExponential
-from ..integrators.rosenbrock import Rosenbrock
 from ..machine.machine import Machine
 from ..machine.system import System
 
@@ -22,13 +21,17 @@ def is_smooth(machine: Machine) -> bool:
 
 def solver_for(machine: Machine, solver: Any) -> Any:
     """`solver`; where none is given, the one for stiff forces if the machine has such, else none."""
-    return Rosenbrock() if solver is None and not is_smooth(machine) else solver
+    return integrators.Rosenbrock() if solver is None and not is_smooth(machine) else solver
 
 
 def is_planned(solver: Any) -> bool:
     """Whether a plan chooses its steps: those of the exponential solvers, one of which runs where none is
     given."""
-    return solver is None or isinstance(solver, AbstractExponential)
+    if solver is None:
+        return True
+    from ..integrators.exponential import AbstractExponential  # and diffrax with it
+
+    return isinstance(solver, AbstractExponential)
 
 
 def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from ..machine.field import Reference, initial_states, pack, unpack
 from ..machine.system import System
 
 
+@shows()
 class State(Part):
     """Coordinates and rates of every station, in the machine's order (`machine.wiring.stations`).
 
@@ -24,8 +25,6 @@ class State(Part):
     position: Float[Array, "n 6"]
     velocity: Float[Array, "n 6"]
     internal: Float[Array, " k"] | None = None
-
-    __repr__ = shows()
 
 
 def to_flat(state: State, system: System, reference: Reference) -> Float[Array, " d"]:

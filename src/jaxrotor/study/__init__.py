@@ -1,9 +1,5 @@
 """Studies: a machine and a simulation as a TOML file, checked whole before anything runs."""
 
-from .study import Study, load
+import lazy_loader
 
-__all__ = ["Study", "load"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

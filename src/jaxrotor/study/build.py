@@ -177,15 +177,14 @@ def _read_module(
         return build_nested(base, field.name, value, context, driven or "")
     if driven is not None:
         return _steady(field, value, driven, context)
-    convert = field.metadata.get("converter", lambda x: x)
-    fitting = {n: c for n, c in public_constants().items() if isinstance(convert(c), base)}
-    if isinstance(value, str) and value.strip().lower() in fitting:
-        return fitting[value.strip().lower()]
-    if isinstance(value, str) and fitting:
-        return context.fault(
-            field.name,
-            f"must be one of those known or a table, but is {shown(value)}{guess(value, fitting)}",
-        )
+    if isinstance(value, str):
+        convert = field.metadata.get("converter", lambda x: x)
+        fitting = {n: c for n, c in public_constants().items() if isinstance(convert(c), base)}
+        if value.strip().lower() in fitting:
+            return fitting[value.strip().lower()]
+        if fitting:
+            words = f"must be one of those known or a table, but is {shown(value)}"
+            return context.fault(field.name, f"{words}{guess(value, fitting)}")
     inside = ", ".join(f.name for f in dataclasses.fields(base)) or 'kind = "..."'
     return context.fault(
         field.name,

@@ -1,7 +1,6 @@
-"""Which class a `kind` means. There is no register: the public classes of jaxrotor's packages are looked
+"""Which class a `kind` means. There is no register: the public names of jaxrotor's packages are looked
 through, so a new element is known to study files as soon as it is public."""
 
-import functools
 import importlib
 import inspect
 import sys
@@ -10,25 +9,34 @@ from typing import Any
 
 import equinox as eqx
 
-from .. import elements, integrators, objectives, optimization, profiles, sensors, sweeps
+from .. import elements
 from .mistakes import Faults, guess
 
 
 def public_kinds(base: type | tuple[type, ...]) -> dict[str, type]:
     """name -> class, for every public class of jaxrotor that is a `base` and can be built."""
-    return {name: c for name, c in sorted(_public().items()) if _fits(c, base)}
+    packages = [importlib.import_module(f"..{room}", __package__) for room in _ROOMS]
+    found = {name: getattr(package, name) for package in packages for name in dir(package)}
+    return {name: c for name, c in sorted(found.items()) if _fits(c, base)}
 
 
 def public_constants() -> dict[str, Any]:
-    """Name in small letters -> constant such as STEEL."""
-    found = {key.lower(): value for key, value in _public().items() if key.isupper()}
+    """Name in small letters -> constant such as STEEL, of what machines are made of."""
+    found = {key.lower(): getattr(elements, key) for key in dir(elements) if key.isupper()}
     return {name: value for name, value in found.items() if isinstance(value, eqx.Module)}
 
 
-@functools.cache
-def _public() -> dict[str, Any]:
-    rooms = (elements, integrators, objectives, optimization, profiles, sensors, sweeps)
-    return {name: getattr(room, name) for room in rooms for name in room.__all__}
+# Where they stand; what is found in one is not looked for in the next, nor is that loaded.
+_ROOMS = ("elements", "profiles", "integrators", "objectives", "sensors", "optimization", "sweeps")
+
+
+def _public(kind: str) -> Any:
+    """The public thing of that name, or `None`."""
+    for room in _ROOMS:
+        package = importlib.import_module(f"..{room}", __package__)
+        if kind in dir(package):
+            return getattr(package, kind)
+    return None
 
 
 def find_kind(
@@ -47,14 +55,15 @@ def find_kind(
         faults.add(place, f'{prefix}kind must be a text such as "Rotor", but is {kind!r}: quote it')
         return None
     if ":" not in kind:
-        known = public_kinds(base)
-        if kind not in known:
-            faults.add(
-                place,
-                f'{prefix}kind "{kind}" is unknown{guess(kind, known)}, or your own as '
-                '"package.module:Class"',
-            )
-        return known.get(kind)
+        cls = _public(kind)
+        if _fits(cls, base):
+            return cls
+        faults.add(
+            place,
+            f'{prefix}kind "{kind}" is unknown{guess(kind, public_kinds(base))}, or your own as '
+            '"package.module:Class"',
+        )
+        return None
     module_name, _, class_name = kind.partition(":")
     cls, failure = _import(module_name, class_name, folder)
     if failure:

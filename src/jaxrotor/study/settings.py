@@ -1,10 +1,11 @@
 """The sections of a study beside the machine: how to simulate it and what to report."""
 
 import dataclasses
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args
 
 import pydantic
 
+from .. import integrators
 from ..core.errors import InputError
 from ..core.units import read, shown
 from ..machine.machine import Machine
@@ -41,7 +42,9 @@ Relative = Annotated[Tolerance, pydantic.AfterValidator(_below_one)]
 
 
 class Section(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config: ClassVar[pydantic.ConfigDict] = pydantic.ConfigDict(
+        extra="forbid", frozen=True, strict=True
+    )
 
 
 S = TypeVar("S", bound=Section)
@@ -65,18 +68,16 @@ class SimulationSection(Section):
     atol: Tolerance | None = None
 
     def simulation(self) -> Simulation:
-        import diffrax
-
-        from ..integrators.exponential import ETD4RK, ExponentialAdams
-        from ..integrators.rosenbrock import Rosenbrock
-
         given: dict[str, Any] = self.model_dump(exclude_none=True)
         order, name = given.pop("order", None), given.pop("solver", None)
         if order is not None:
-            given["solver"] = ExponentialAdams(order)
+            given["solver"] = integrators.ExponentialAdams(order)
         elif name is not None:
-            own = {"ExponentialAdams": ExponentialAdams, "ETD4RK": ETD4RK, "Rosenbrock": Rosenbrock}
-            given["solver"] = (own.get(name) or getattr(diffrax, name))()
+            import diffrax  # takes as long to load as the rest of a check, of studies that mostly name none
+
+            given["solver"] = getattr(
+                integrators if hasattr(integrators, name) else diffrax, name
+            )()
         return Simulation(**given)
 
 
@@ -101,7 +102,7 @@ def read_simulation(table: Any, machine: Machine | None, faults: Faults) -> Simu
     simulation = section.simulation()
     if machine is not None:
         try:
-            simulation.check(machine)
+            simulation.refuse(machine)
         except InputError as error:
             faults.sentences += [f"`simulation`: {p}" for p in error.problems]
     return simulation

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import simulation
 from ..core.arguments import path
 from ..core.document import read_document
 from ..core.errors import InputError
@@ -13,7 +14,6 @@ from ..core.protocol import AbstractStation
 from ..core.result_text import shows
 from ..core.units import shown
 from ..machine.machine import Machine
-from ..simulation.simulate import simulate
 from ..simulation.simulation import Simulation
 from .diagnosis import Diagnosis
 from .figures import Figure, check_figures, read_figures
@@ -37,6 +37,7 @@ _SECTIONS = (
 _NO_SIMULATION = "simulation: is missing: write [simulation] with t_end and sample_rate"
 
 
+@shows(without=("figures", "identify", "optimize", "sweep"))
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `simulation`: how the machine is run; `figures` are drawn beside
@@ -54,8 +55,6 @@ class Study:
     optimize: Any = None
     sweep: Any = None
 
-    __repr__ = shows(without=("figures", "identify", "optimize", "sweep"))
-
     @property
     def settings(self) -> Simulation:
         """Those of `simulation`; raises `InputError` where the study has none."""
@@ -70,7 +69,7 @@ class Study:
 
     def run(self, progress: bool | None = None) -> Any:
         """Simulates: the `Response`. `progress`: as in `jaxrotor.simulate`."""
-        return simulate(self.machine, self.settings, progress=progress)
+        return simulation.simulate(self.machine, self.settings, progress=progress)
 
 
 @takes(path=path)

@@ -13,7 +13,9 @@ from ..machine.wiring import unknown
 from .quantities import quantities, read_quantity, split
 
 
-def save_csv(response: Any, path: str | os.PathLike, names: str | Sequence[str] | None) -> Path:
+def save_csv(
+    response: Any, path: str | os.PathLike[str], names: str | Sequence[str] | None
+) -> Path:
     """A line of names, a line of units, a line for each sample with all digits; written whole or not at all.
     Raises `InputError` for a batch and for what the machine has not."""
     if response.t.ndim != 1:

@@ -1,21 +1,7 @@
 """One machine many times over, in batches."""
 
+import lazy_loader
+
 from . import accessor as _accessor  # datasets know it from here on
-from .cases import Cases
-from .outputs import OverSpeed, TimeSeries
-from .sensitivity import local_slopes, rank_regression, sobol_indices
-from .sweep import sweep
 
-__all__ = [
-    "Cases",
-    "OverSpeed",
-    "TimeSeries",
-    "local_slopes",
-    "rank_regression",
-    "sobol_indices",
-    "sweep",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

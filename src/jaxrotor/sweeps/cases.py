@@ -16,6 +16,7 @@ Method = Literal["sobol", "latin", "random"]
 _TINY = float(np.finfo(float).eps)
 
 
+@shows()
 @dataclasses.dataclass(frozen=True)
 class Cases:
     """`values`: path -> (n,), SI; one entry of several as `"bearing.stiffness[0]"`. `axes`: of a grid, path
@@ -25,9 +26,7 @@ class Cases:
     how: str = "a table"
     axes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
-    __repr__ = shows()
-
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         mapping(self.values, "cases:")
         values = {path: _column(path, value) for path, value in self.values.items()}
         object.__setattr__(self, "values", values)
@@ -47,7 +46,8 @@ class Cases:
 
     @classmethod
     def grid(cls, axes: Mapping[str, Any]) -> "Cases":
-        """Every combination; the last axis runs fastest."""
+        """Every combination; the last axis runs fastest. Raises `InputError` for values that are no
+        finite numbers."""
         mapping(axes, "axes")
         named = {path: _column(path, value) for path, value in axes.items()}
         whole(1)(math.prod(x.size for x in named.values()), "axes: the number of combinations")
@@ -98,7 +98,7 @@ class Cases:
 
     def tied(self, ties: Mapping[str, str]) -> "Cases":
         """With further parameters that follow one that is swept: `{"right.stiffness[0]":
-        "left.stiffness[0]"}`."""
+        "left.stiffness[0]"}`. Raises `InputError` where the one is swept already, or the other is not."""
         for new, old in mapping(ties, "ties").items():
             if old not in self.values:
                 raise InputError(f"`{new}`: follows `{old}`, which is not swept")

@@ -1,6 +1,6 @@
 """What is kept of each machine of a sweep: numbers, rows over speed, or series."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import equinox as eqx
@@ -26,7 +26,7 @@ class TimeSeries(Part):
     sensor: AbstractSensor
     every: int = option(whole(1), default=1)
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         if found := list(problems(self, "TimeSeries")):
             raise InputError(*found)
 
@@ -45,11 +45,11 @@ class OverSpeed(Part):
     speed_of: str = eqx.field(static=True)
     edges: Float[Array, " k1"] = parameter("rad/s", shapes=((None,),))
 
-    def __check_init__(self):
+    def __check_init__(self) -> None:
         if found := list(problems(self, "OverSpeed")):
             raise InputError(*found)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0) or self.edges[0] < 0:
             yield (
                 "edges must be two rising speeds at least, none of them negative, but are "

@@ -77,6 +77,7 @@ def sobol_indices(
     **Returns** over `output` and `parameter`: `first`, the share that goes if this parameter alone were
     known; `total`, the share that stays if all others were; each with `_low` and `_high`, the ends of its
     bootstrap interval. Where a machine of the design failed, only complete sets count; `used` says how many.
+    Raises `InputError` for wrong input, a `count` that is no power of two among it, before anything runs.
     """
     cases = sobol_cases(distributions, count, seed)
     found = sweep(machine, cases, outputs, **run)
@@ -202,7 +203,7 @@ def local_slopes(
 
     **Returns** over `case` and `parameter`, SI: each output's derivative in its unit per unit of the
     parameter (coordinate `per`), NaN for a machine that failed. Where a maximum jumps from one crest to
-    another, it is that of the highest.
+    another, it is that of the highest. Raises `InputError` for wrong input before anything runs.
     """
     cases = as_cases(parameters)
     wanted = checked(outputs)

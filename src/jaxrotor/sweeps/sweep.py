@@ -73,7 +73,8 @@ def sweep(
     **Returns** an `xarray.Dataset` over `case` (a grid: over its axes), with the parameters, the outputs, and
     `failure`: where a run failed, when and why; its numbers are NaN (a series: from there on), the others
     unharmed. `steps_a_sample` is -1 of a machine for which no step was found and 0 where the solver chooses.
-    Raises `InputError` for wrong input before anything runs.
+    Raises `InputError` for wrong input before anything runs, and `StoreError` for a store that cannot be read
+    or written, and where another process left chunks of it undone.
     """
     require_x64()
     check_chunk(chunk)

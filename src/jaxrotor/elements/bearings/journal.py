@@ -1,6 +1,7 @@
 """Plain journal bearing and squeeze-film damper."""
 
-from typing import ClassVar, Literal, NamedTuple
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -19,6 +20,7 @@ from .film import LENGTHS, finite_film, short_film
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
+@shows(eccentricity="m", stiffness="N/m", damping="N*s/m")
 class WorkingPoint(NamedTuple):
     """Where a journal runs under a steady load, and the film's linear force for small motions about it:
     `-stiffness @ d - damping @ d'`, rows and columns (x, y).
@@ -29,8 +31,6 @@ class WorkingPoint(NamedTuple):
     eccentricity: Float[Array, "2"]
     stiffness: Float[Array, "2 2"]
     damping: Float[Array, "2 2"]
-
-    __repr__ = shows(eccentricity="m", stiffness="N/m", damping="N*s/m")
 
 
 class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
@@ -45,7 +45,7 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     signals: ClassVar[dict[str, str]] = {"film_force": "N", "eccentricity_ratio": ""}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.film not in ("cavitated", "full"):
             yield f'film must be "cavitated" or "full", but is {self.film!r}'
         if self.theory not in ("short", "finite"):
@@ -67,10 +67,12 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
     def _scale(self) -> Array:
         return 0.5 * self.viscosity * self.diameter * (self.length / self.clearance) ** 3
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return jnp.zeros(())
 
-    def eccentricity_ratio(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def eccentricity_ratio(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """How far the journal (the ring) is from the centre, over the clearance."""
         e, _ = relative(motions)
         square = e @ e
@@ -147,17 +149,21 @@ class JournalBearing(AbstractFilm):
         gap = self.clearance * jnp.sqrt(1 - eps @ eps)
         return jnp.pi / 4 * self.viscosity * self.length * self.diameter**3 / gap
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         e, w, speed = self._motion(motions)
         f = self.force(e, w)
         shared, drag = 0.5 * jnp.sum(_across(e) * f), self._drag(e) * speed
         return pushed(motions, f, -drag - shared, drag - shared)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         e, w, speed = self._motion(motions)
         return self._squeezed(e, w) + self._drag(e) * speed**2
 
-    def film_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, "2"]:
+    def film_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, "2"]:
         """On the journal, N: (x, y)."""
         e, w, _ = self._motion(motions)
         return self.force(e, w)
@@ -221,14 +227,18 @@ class SqueezeFilmDamper(AbstractFilm):
     film: Literal["cavitated", "full"] = eqx.field(static=True, default="cavitated")
     theory: Literal["short", "finite"] = eqx.field(static=True, default="short")
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         f = self.film_force(t, motions, state)
         zero = jnp.zeros_like(f[0])
         return pushed(motions, f, zero, zero)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self._squeezed(*relative(motions))
 
-    def film_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, "2"]:
+    def film_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, "2"]:
         """On the ring, N: (x, y)."""
         return self.force(*relative(motions))

@@ -1,6 +1,7 @@
 """A support by laws: stops, loose pedestals, measured characteristics."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -26,34 +27,42 @@ class LawSupport(AbstractAttachment, Energetic, Stateful, Timed):
     theta: AbstractLaw | None = None
     phi: AbstractLaw | None = None
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not laws_of(self):
             yield f"a law must be given for one of {', '.join(COORDINATES)}, but there is none"
 
-    def _each(self, motions: tuple[Motion, ...], state) -> Iterator[tuple]:
+    def _each(self, motions: tuple[Motion, ...], state: Any) -> Iterator[tuple]:
         """Number, law, coordinate, rate and states of each."""
         ((q, v),) = motions
         for i, law, own in each_law(self, state):
             yield i, law, q[i], v[i], own
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         total = jnp.zeros(6)
         for i, law, x, v, own in self._each(motions, state):
             total = total.at[i].add(-law.force(t, x, v, own))
         return (total,)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         each = [law.energy(t, x, own) for _, law, x, _, own in self._each(motions, state)]
         return sum(each, jnp.zeros(()))
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         each = [law.power_lost(t, x, v, own) for _, law, x, v, own in self._each(motions, state)]
         return sum(each, jnp.zeros(()))
 
     def initial(self) -> Float[Array, " k"]:
         return end_to_end([law.initial() for law in laws_of(self).values()])
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         return end_to_end([law.rates(t, x, v, s) for _, law, x, v, s in self._each(motions, state)])
 
     def times(self) -> Float[Array, " n"]:

@@ -1,8 +1,11 @@
 """A bearing given by its measured or computed characteristic."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from ...core.protocol import AbstractAttachment, Energetic, Motion, NonSmooth, Vec6
 from ..laws.centres import direction, pushed, radially, relative
@@ -23,7 +26,7 @@ class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
 
     law: AbstractLaw = eqx.field(metadata={"straight": True})
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.law.initial().shape[0]:
             yield "law must be without a memory: the direction of the line of centres changes"
             return
@@ -38,7 +41,9 @@ class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
         r, n = direction(e)
         return r, e_t @ n, n
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         e, e_t = relative(motions)
         _, r_t, _ = self._line(motions)
         zero, none = jnp.zeros_like(r_t), jnp.zeros(0)
@@ -47,10 +52,10 @@ class RadialBearing(AbstractAttachment, Energetic, NonSmooth):
         damped = radially(lambda rate: self.law.force(t, zero, rate, none), e_t)
         return pushed(motions, -along - damped, zero, zero)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.law.energy(t, self._line(motions)[0], jnp.zeros(0))
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         r, r_t, _ = self._line(motions)
         e_t = relative(motions)[1]
         zero, none = jnp.zeros_like(r), jnp.zeros(0)

@@ -2,7 +2,8 @@
 
 import abc
 import math
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -44,7 +45,7 @@ class OuterRaceDefect(AbstractRaceDefect):
     width: Float[Array, ""] = parameter("rad", positive=True)
     depth: Float[Array, ""] = parameter("m", nonnegative=True)
 
-    def room(self, ball, number, inner, spin):
+    def room(self, ball: Array, number: Array, inner: Array, spin: Array) -> Array:
         return _pit(ball - self.angle, self.width, self.depth)
 
 
@@ -55,7 +56,7 @@ class InnerRaceDefect(AbstractRaceDefect):
     width: Float[Array, ""] = parameter("rad", positive=True)
     depth: Float[Array, ""] = parameter("m", nonnegative=True)
 
-    def room(self, ball, number, inner, spin):
+    def room(self, ball: Array, number: Array, inner: Array, spin: Array) -> Array:
         return _pit(ball - inner - self.angle, self.width, self.depth)
 
 
@@ -67,7 +68,7 @@ class BallDefect(AbstractRaceDefect):
     width: Float[Array, ""] = parameter("rad", positive=True)
     depth: Float[Array, ""] = parameter("m", nonnegative=True)
 
-    def room(self, ball, number, inner, spin):
+    def room(self, ball: Array, number: Array, inner: Array, spin: Array) -> Array:
         turned = spin - self.angle
         pits = _pit(turned, self.width, self.depth) + _pit(turned + jnp.pi, self.width, self.depth)
         return jnp.where(number == 0, pits, 0.0)
@@ -107,7 +108,7 @@ class RollingBearing(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     signals: ClassVar[dict[str, str]] = {"rolling_force": "N", "ball_loads": "N"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.ball_diameter) >= float(self.pitch_diameter):
             yield (
                 f"ball_diameter must be smaller than pitch_diameter, but is "
@@ -159,23 +160,29 @@ class RollingBearing(AbstractAttachment, Energetic, Signalling, NonSmooth):
         squeeze, _ = self._squeeze(e, inner, outer)
         return jnp.sum(self._loads(squeeze) * squeeze) / (self.exponent + 1)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         e, e_t = relative(motions)
         pull, inner, outer = jax.grad(self._potential, argnums=(0, 1, 2))(e, *_turned(motions))
         f = -pull - self.damping * e_t
         return pushed(motions, f, -inner, -outer)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self._potential(relative(motions)[0], *_turned(motions))
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.damping * jnp.sum(relative(motions)[1] ** 2)
 
-    def ball_loads(self, t, motions: tuple[Motion, ...], state) -> Float[Array, " balls"]:
+    def ball_loads(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, " balls"]:
         """N, each ball's, positive."""
         return self._loads(self._squeeze(relative(motions)[0], *_turned(motions))[0])
 
-    def rolling_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, "2"]:
+    def rolling_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, "2"]:
         """On the journal, N: (x, y), without damping."""
         squeeze, n = self._squeeze(relative(motions)[0], *_turned(motions))
         return -n @ self._loads(squeeze)

@@ -1,6 +1,7 @@
 """A rotor that touches its stator."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -46,7 +47,7 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
         "slip": "m/s",
     }
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.smoothing) > float(self.gap) and float(self.gap) > 0:
             yield (
                 f"smoothing must not exceed the gap, or the rotor would touch in the middle, but is "
@@ -72,7 +73,9 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
     def _friction(self, normal: Array, slip: Array) -> Array:
         return -self.friction * normal * jnp.tanh(slip / self.slip_speed)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         size, n, _, closing, slip = self._place(motions)
         e = relative(motions)[0] - self.offset
         normal = radially(lambda size: self._normal(size, closing), e)
@@ -82,29 +85,37 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
         # the stator feels it where they touch, further out than the rotor's surface is from its own centre
         return pushed(motions, f, self.radius * along, -(size + self.radius) * along)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         size, *_ = self._place(motions)
         return self.stiffness * area(size - self.gap, self.smoothing)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         size, _, _, closing, slip = self._place(motions)
         lost = pressed_lost(size - self.gap, closing, *self._how())
         return lost + jnp.abs(self._friction(self._normal(size, closing), slip) * slip)
 
-    def normal_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def normal_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """N, positive: it pushes the rotor inwards."""
         size, _, _, closing, _ = self._place(motions)
         return self._normal(size, closing)
 
-    def friction_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def friction_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the rotor, N, along the tangent (a quarter turn on from the outward normal)."""
         size, _, _, closing, slip = self._place(motions)
         return self._friction(self._normal(size, closing), slip)
 
-    def overlap(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def overlap(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """m, negative where they are apart."""
         return self._place(motions)[0] - self.gap
 
-    def slip(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def slip(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Speed of the rotor's surface over the stator's, m/s, along the tangent."""
         return self._place(motions)[4]

@@ -1,6 +1,6 @@
 """The self-aligning ball bearing of the paper."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -118,7 +118,9 @@ class SelfAligningBearing(Lumping, Carried, Acting, Linear, Energetic, Signallin
             jnp.diag(jnp.stack([c, c, zero, s, s, zero])),
         )
 
-    def bearing_force(self, t, motions: tuple[Motion, ...], state) -> Float[Array, "3"]:
+    def bearing_force(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, "3"]:
         """Force of the bearing on its base, N: (x, y, z)."""
         ((q, v),) = motions
         f = self.stiffness * q[:3] + self.damping * v[:3]
@@ -132,16 +134,18 @@ class SelfAligningBearing(Lumping, Carried, Acting, Linear, Energetic, Signallin
         load = jnp.sqrt(fx**2 + fy**2 + LOAD_SMOOTHING**2)
         return self.friction_arm * load * jnp.tanh(v[5] / FRICTION_SPEED)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         torque = self.friction_torque(motions[0])
         zero = jnp.zeros_like(torque)
         return (jnp.stack([zero, zero, zero, zero, zero, -torque]),)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((q, _),) = motions
         return 0.5 * self.stiffness * (q[0] ** 2 + q[1] ** 2)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((q, v),) = motions
         return (
             self.damping * (v[0] ** 2 + v[1] ** 2)

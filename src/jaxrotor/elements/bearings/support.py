@@ -1,5 +1,8 @@
 """Springs and dampers to the ground."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -39,14 +42,16 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
     def matrices(self) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
         return _matrix(self.stiffness), _matrix(self.damping)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...] | None:
         return None if self.offset is None else (_matrix(self.stiffness) @ self.offset,)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         d, k = self._stretch(motions), self.stiffness
         return 0.5 * jnp.sum(k * d**2) if k.ndim == 1 else 0.5 * d @ k @ d
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((_, v),) = motions
         d, k, c = self._stretch(motions), self.stiffness, self.damping
         lost = jnp.sum(c * v**2) if c.ndim == 1 else v @ c @ v
@@ -85,14 +90,16 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
         shapes=((None, 6), (None, 6, 6)), label="N*s/m and N*m*s/rad"
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         for name in ("stiffness", "damping"):
             found = list(table_faults(self.speeds, getattr(self, name), ("speeds", name), "rad/s"))
             yield from found
             if found:
                 return
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         q, v = motions[0]
         turning = motions[-1][1][5]
         speed = jnp.abs(turning)

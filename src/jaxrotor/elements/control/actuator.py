@@ -1,5 +1,6 @@
 """What stands between a wanted torque and the shaft."""
 
+from collections.abc import Iterator
 from math import factorial
 
 import jax.numpy as jnp
@@ -49,7 +50,7 @@ class Actuator(Part):
     softness: Float[Array, ""] = parameter(positive=True, default=0.1, label="part of the limits")
     pade: int = option(whole(2, 8), default=3)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.rate_limit is not None and self.bandwidth is None:
             yield "bandwidth is missing: a rate_limit needs one: give the lag of the actuator in 1/s"
 

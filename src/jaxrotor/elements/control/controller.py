@@ -1,6 +1,7 @@
 """Controllers: from measured values to the torque that is wanted."""
 
 import abc
+from collections.abc import Iterator
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -43,7 +44,7 @@ class PD(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return -(self.stiffness * seen[0] + self.damping * seen[1])
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         return jnp.zeros(0)
 
 
@@ -67,7 +68,7 @@ class PI(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return state[0] - self.proportional * seen[0]
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         back = self.anti_windup
         if back is None:
             back = self.integral / self.proportional
@@ -89,7 +90,7 @@ class ResonantController(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return -self.damping * state[1]
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         w, x, y = self.frequency, state[0], state[1]
         # y is the band-pass of the rate, x its integral times w: both of the size of the rate
         return jnp.stack([w * y, 2 * self.bandwidth * w * (seen[1] - y) - w * x])
@@ -110,7 +111,7 @@ class PositivePositionFeedback(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return self.gain * state[0]
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         w, x, y = self.frequency, state[0], state[1]
         return jnp.stack([w * y, w * (seen[0] - x) - 2 * self.damping_ratio * w * y])
 
@@ -126,7 +127,7 @@ class StateFeedback(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return -(self.gains @ seen)
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         return jnp.zeros(0)
 
 
@@ -145,10 +146,10 @@ class Compensator(AbstractController):
     def torque(self, seen: Values, state: States) -> Float[Array, ""]:
         return jnp.sum(self.C @ state)
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         return self.A @ state + self.B @ seen
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         m = self.C.shape[-1]
         if self.C.ndim == 2 and self.C.shape[0] != 1:
             yield f"C must be one row, for one torque, but has {self.C.shape[0]}: give each loop its own"

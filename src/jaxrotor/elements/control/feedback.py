@@ -1,6 +1,7 @@
 """What a control loop measures of the stations that it is connected to."""
 
 import abc
+from collections.abc import Iterator
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -48,11 +49,11 @@ class TwistOf(AbstractFeedback):
     def stations_needed(self) -> int:
         return max(self.first, self.second) + 1
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, "2"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "2"]:
         (qa, va), (qb, vb) = motions[self.first], motions[self.second]
         return jnp.stack([qa[5] - self.ratio * qb[5], va[5] - self.ratio * vb[5]])
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if min(self.first, self.second) < 0 or self.first == self.second:
             yield (
                 "first and second must be two stations of the loop, counted from 0, but are "
@@ -75,7 +76,7 @@ class SpeedError(AbstractFeedback):
     def stations_needed(self) -> int:
         return self.station + 1
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, "1"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "1"]:
         return (motions[self.station][1][5] - self.setpoint.value(t))[None]
 
 
@@ -100,7 +101,7 @@ class RelativeStates(AbstractFeedback):
     def stations_needed(self) -> int:
         return self.stations
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if isinstance(self.stations, bool) or self.stations < 2:
             yield f"stations must be two at least, but is {self.stations!r}"
         elif self.ratios is not None and self.ratios.shape != (self.stations - 1,):
@@ -109,7 +110,7 @@ class RelativeStates(AbstractFeedback):
                 f"{self.ratios.size}"
             )
 
-    def values(self, t, motions: tuple[Motion, ...]) -> Float[Array, " k"]:
+    def values(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, " k"]:
         *others, (q_last, v_last) = motions[: self.stations]
         angles, speeds = (jnp.stack([m[k][5] for m in others]) for k in (0, 1))
         ratios = 1.0 if self.ratios is None else self.ratios

@@ -1,6 +1,8 @@
 """A control loop in continuous time that puts a torque on the shaft."""
 
-from typing import ClassVar
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -29,8 +31,18 @@ def shared(torque: Array, count: int, between: bool) -> tuple[Vec6, ...]:
     return (one, *rest)
 
 
-def stations_needed(measured: AbstractFeedback, between: bool) -> int:
-    return max(1 + between, measured.stations_needed())
+def put_on(
+    torque: Callable[[], Array],
+    motions: tuple[Motion, ...],
+    measured: AbstractFeedback,
+    between: bool,
+) -> tuple[Vec6, ...]:
+    """The torque of a loop on its stations; where they are too few, nothing on as many as are needed, for the
+    machine to say so."""
+    needed = max(1 + between, measured.stations_needed())
+    if len(motions) < needed:
+        return (jnp.zeros(6),) * needed
+    return shared(torque(), len(motions), between)
 
 
 def fits(controller: AbstractController, measured: AbstractFeedback):
@@ -84,7 +96,7 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m", "wanted": "N*m", "power": "W"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if isinstance(self.controller, AbstractController):
             yield from fits(self.controller, self.measured)
 
@@ -94,7 +106,13 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
             [jnp.zeros(filtered), self.controller.initial(), self.actuator.initial()]
         )
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         seen, wanted, inner, driven = self._parts(t, motions, state)
         parts = []
         if self.cutoff is not None:
@@ -106,29 +124,35 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
         parts += [self.controller.rates(seen, inner, excess), self.actuator.rates(wanted, driven)]
         return jnp.concatenate(parts)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
-        needed = stations_needed(self.measured, self.between)
-        if len(motions) < needed:  # for the machine to say so
-            return (jnp.zeros(6),) * needed
-        return shared(self.torque(t, motions, state), len(motions), self.between)
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
+        torque = partial(self.torque, t, motions, state)
+        return put_on(torque, motions, self.measured, self.between)
 
     def times(self) -> Float[Array, " n"]:
         return jumps_of(self.measured)
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the first station, N·m."""
         _, wanted, _, driven = self._parts(t, motions, state)
         return self.actuator.torque(wanted, driven)
 
-    def wanted(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def wanted(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """What the controller asks for, N·m."""
         return self._parts(t, motions, state)[1]
 
-    def power(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def power(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Put into the shaft, W."""
         return power(self.torque(t, motions, state), motions, self.between)
 
-    def _parts(self, t, motions, state):
+    def _parts(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any):
         """What the controller sees, what it wants, its states, the actuator's."""
         seen = self.measured.values(t, motions)
         first = 0

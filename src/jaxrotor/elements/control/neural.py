@@ -1,5 +1,8 @@
 """A small neural network as a controller."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -31,7 +34,7 @@ class NeuralController(AbstractController):
 
     @classmethod
     def start(
-        cls, scales, torque_scale, key: PRNGKeyArray, width: int = 8, depth: int = 1
+        cls, scales: Any, torque_scale: Any, key: PRNGKeyArray, width: int = 8, depth: int = 1
     ) -> "NeuralController":
         """Random weights, the last layer's a hundredth of the usual: it begins as next to nothing."""
         network = _network(np.size(scales), width, depth, key)
@@ -48,10 +51,10 @@ class NeuralController(AbstractController):
         network = eqx.combine(ravel_pytree(arrays)[1](self.weights), rest)
         return self.torque_scale * (network(seen / self.scales) - network(jnp.zeros_like(seen)))
 
-    def rates(self, seen: Values, state: States, excess) -> States:
+    def rates(self, seen: Values, state: States, excess: Float[Array, ""]) -> States:
         return jnp.zeros(0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         count = ravel_pytree(
             network_arrays(
                 _network(self.scales.shape[0], self.width, self.depth, jax.random.PRNGKey(0))

@@ -1,6 +1,8 @@
 """A control loop in a computer: it samples, computes, and holds its torque until the next one."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -12,7 +14,7 @@ from ...core.protocol import AbstractAttachment, Motion, Sampled, Signalling, Ti
 from .actuator import Actuator
 from .controller import AbstractController
 from .feedback import AbstractFeedback, TwistOf
-from .loop import fits, ideal, jumps_of, power, shared, stations_needed
+from .loop import fits, ideal, jumps_of, power, put_on
 
 
 class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
@@ -52,7 +54,7 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m", "held": "N*m", "power": "W"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         for name, least in (("period", 1e-9), ("delay", 0.0)):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= least:
@@ -80,12 +82,24 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
         held = jnp.zeros(self._pending() + 1)
         return jnp.concatenate([self.actuator.initial(), self.controller.initial(), held])
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         driven, inner, held = self._split(state)
         still = jnp.zeros(inner.shape[0] + held.shape[0])
         return jnp.concatenate([self.actuator.rates(held[-1], driven), still])
 
-    def ticked(self, clock: int, t, motions: tuple[Motion, ...], state) -> Float[Array, " k"]:
+    def ticked(
+        self,
+        clock: int,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         driven, inner, held = self._split(state)
         if clock == 1:
             # what arrives was sampled a whole number of periods earlier, newest first
@@ -100,7 +114,7 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
             held = wanted[None]
         return jnp.concatenate([driven, inner, held])
 
-    def _sampled(self, t, motions) -> Array:
+    def _sampled(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Array:
         seen = self.measured.values(t, motions)
         if self.noise is not None:
             number = jnp.round(t / self.period).astype(int)
@@ -113,29 +127,35 @@ class SampledTorque(AbstractAttachment, Sampled, Timed, Signalling):
             seen = seen + jax.lax.stop_gradient(stepped - seen)
         return seen
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
-        needed = stations_needed(self.measured, self.between)
-        if len(motions) < needed:  # for the machine to say so
-            return (jnp.zeros(6),) * needed
-        return shared(self.torque(t, motions, state), len(motions), self.between)
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
+        torque = partial(self.torque, t, motions, state)
+        return put_on(torque, motions, self.measured, self.between)
 
     def times(self) -> Float[Array, " n"]:
         return jumps_of(self.measured)
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the first station, N·m."""
         driven, _, held = self._split(state)
         return self.actuator.torque(held[-1], driven)
 
-    def held(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def held(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Asked of the actuator, N·m."""
         return state[-1]
 
-    def power(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def power(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Put into the shaft, W."""
         return power(self.torque(t, motions, state), motions, self.between)
 
-    def _split(self, state):
+    def _split(self, state: Any):
         """The actuator's states, the controller's, those that wait and the one held."""
         first = self.actuator.initial().shape[0]
         last = state.shape[0] - self._pending() - 1

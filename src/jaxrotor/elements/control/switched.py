@@ -1,6 +1,7 @@
 """Semi-active damping: a damper that is switched, and puts no energy in."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -27,30 +28,36 @@ class SwitchedDamper(AbstractAttachment, Energetic, Signalling):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m", "damping": "N*m*s/rad"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not self.lowest < self.highest:
             yield (
                 f"lowest must be less than highest, {float(self.highest):g} N*m*s/rad, but is "
                 f"{float(self.lowest):g} N*m*s/rad"
             )
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return shared(self.torque(t, motions, state), len(motions), between=True)
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the first station, N·m."""
         return -self.damping(t, motions, state) * _twist(motions)[1]
 
-    def damping(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def damping(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """As it is switched, N·m·s/rad."""
         twist, rate = _twist(motions)
         opposed = -jnp.tanh(twist / self.width) * jnp.tanh(rate / self.rate_width)
         return self.lowest + (self.highest - self.lowest) * 0.5 * (1 + opposed)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return jnp.zeros(())
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         (_, a), (_, b) = motions
         return self.damping(t, motions, state) * (a[5] - b[5]) ** 2
 

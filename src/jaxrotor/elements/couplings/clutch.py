@@ -1,13 +1,17 @@
 """Friction clutches: what they carry is their capacity times an engagement between 0 and 1."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
 from ...core.protocol import NonSmooth
 from ...profiles.schedule import AbstractSchedule, as_schedule
-from ..laws.law import AbstractLaw, Scalar
+from ..laws.law import AbstractLaw, Scalar, States
 
 
 class CoulombClutch(AbstractLaw, NonSmooth):
@@ -22,18 +26,18 @@ class CoulombClutch(AbstractLaw, NonSmooth):
     )
     slip_speed: Scalar = parameter("rad/s", positive=True, default=0.1)
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.capacity * self.engagement.value(t) * jnp.tanh(v / self.slip_speed)
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         return jnp.zeros_like(x)
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         carried = self.capacity * self.engagement.value(t)
         decay = -2 * jnp.abs(v) / self.slip_speed
         return carried * jnp.abs(v) * -jnp.expm1(decay) / (1 + jnp.exp(decay))
 
-    def times(self):
+    def times(self) -> Float[Array, " n"]:
         return self.engagement.jumps()
 
 
@@ -59,37 +63,37 @@ class StickSlipClutch(AbstractLaw, NonSmooth):
     damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
     elastic_share: Scalar = parameter(nonnegative=True, default=0.9)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.elastic_share) >= 1:
             yield f"elastic_share must be below 1, but is {float(self.elastic_share):g}"
 
-    def initial(self):
+    def initial(self) -> States:
         return jnp.zeros(1)
 
-    def _slipping(self, v, state) -> Scalar:
+    def _slipping(self, v, state: Any) -> Scalar:
         """The part of v that does not bend the bristles: between 0 and 1 up to capacity."""
         bent = jnp.abs(state[0]) / self.slip_angle
         s = jnp.clip((bent - self.elastic_share) / (1 - self.elastic_share), 0.0, 1.0)
         return jnp.where(v * state[0] > 0, s**2 * (3 - 2 * s) * bent, 0.0)
 
-    def rates(self, t, x, v, state):
+    def rates(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> States:
         return (v * (1 - self._slipping(v, state)))[None]
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         bent = self.capacity * state[0] / self.slip_angle
         damped = self.damping * self.rates(t, x, v, state)[0]
         return self.engagement.value(t) * (bent + damped)
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         stiffness = self.capacity / self.slip_angle
         return 0.5 * self.engagement.value(t) * stiffness * state[0] ** 2
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         t = jnp.asarray(t, float)
         pressed, pressing = jax.jvp(self.engagement.value, (t,), (jnp.ones_like(t),))
         stiffness, slip = self.capacity / self.slip_angle, self._slipping(v, state)
         friction = stiffness * state[0] * v * slip + self.damping * v**2 * (1 - slip)
         return pressed * friction - 0.5 * pressing * stiffness * state[0] ** 2
 
-    def times(self):
+    def times(self) -> Float[Array, " n"]:
         return self.engagement.jumps()

@@ -77,21 +77,23 @@ class AbstractCoupling(AbstractElastic, Energetic, Stateful, Signalling, Nominal
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
     @abc.abstractmethod
-    def law(self, t, d: Vec6, d_t: Vec6, state: Array) -> Vec6:
+    def law(self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array) -> Vec6:
         """Forces and moments between the hubs, N and N·m: positive pulls the left one along."""
 
     @abc.abstractmethod
-    def stored(self, t, d: Vec6, state: Array) -> Array:
+    def stored(self, t: Float[Array, ""], d: Vec6, state: Array) -> Array:
         """Energy stored, J; written without using `law`."""
 
     @abc.abstractmethod
-    def lost(self, t, d: Vec6, d_t: Vec6, state: Array) -> Array:
+    def lost(self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array) -> Array:
         """Power turned into heat, W."""
 
     def initial(self) -> Float[Array, " k"]:
         return jnp.zeros(0)
 
-    def law_rates(self, t, d: Vec6, d_t: Vec6, state: Array) -> Float[Array, " k"]:
+    def law_rates(
+        self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array
+    ) -> Float[Array, " k"]:
         """Time derivatives of the states."""
         return jnp.zeros(0)
 
@@ -110,23 +112,33 @@ class AbstractCoupling(AbstractElastic, Energetic, Stateful, Signalling, Nominal
         (qa, va), (qb, vb) = motions
         return jax.jvp(self.relative, (qa, qb), (va, vb))
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         (qa, _), (qb, _) = motions
         pull = self.law(t, *self._relative(motions), _given(state))
         _, work = jax.vjp(self.relative, qa, qb)
         return work(-pull)
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, " k"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, " k"]:
         return self.law_rates(t, *self._relative(motions), state)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         d, _ = self._relative(motions)
         return self.stored(t, d, _given(state))
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.lost(t, *self._relative(motions), _given(state))
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
         return self.law(t, *self._relative(motions), _given(state))[5]
 
@@ -165,19 +177,19 @@ class Coupling(AbstractCoupling, Timed):
     theta: AbstractLaw | None = None
     phi: AbstractLaw | None = None
 
-    def law(self, t, d, d_t, state):
+    def law(self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array) -> Vec6:
         k, c = self.stiffness, self.damping
         total = (k * d if k.ndim == 1 else k @ d) + (c * d_t if c.ndim == 1 else c @ d_t)
         for i, law, own in each_law(self, state):
             total = total.at[i].add(law.force(t, d[i], d_t[i], own))
         return total
 
-    def stored(self, t, d, state):
+    def stored(self, t: Float[Array, ""], d: Vec6, state: Array) -> Array:
         k = self.stiffness
         total = 0.5 * jnp.sum(k * d**2) if k.ndim == 1 else 0.5 * d @ k @ d
         return total + sum(law.energy(t, d[i], own) for i, law, own in each_law(self, state))
 
-    def lost(self, t, d, d_t, state):
+    def lost(self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array) -> Array:
         k, c = self.stiffness, self.damping
         total = jnp.sum(c * d_t**2) if c.ndim == 1 else d_t @ c @ d_t
         if k.ndim == 2:  # only the symmetric part has a potential
@@ -186,11 +198,13 @@ class Coupling(AbstractCoupling, Timed):
             law.power_lost(t, d[i], d_t[i], own) for i, law, own in each_law(self, state)
         )
 
-    def initial(self):
+    def initial(self) -> Float[Array, " k"]:
         return end_to_end([law.initial() for law in laws_of(self).values()])
 
-    def law_rates(self, t, d, d_t, state):
+    def law_rates(
+        self, t: Float[Array, ""], d: Vec6, d_t: Vec6, state: Array
+    ) -> Float[Array, " k"]:
         return end_to_end([law.rates(t, d[i], d_t[i], s) for i, law, s in each_law(self, state)])
 
-    def times(self):
+    def times(self) -> Float[Array, " n"]:
         return end_to_end([law.times() for law in laws_of(self).values()])

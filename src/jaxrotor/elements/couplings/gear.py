@@ -1,6 +1,7 @@
 """The gear mesh: two parallel axes."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -55,7 +56,7 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
 
     signals: ClassVar[dict[str, str]] = {"tooth_force": "N", "deflection": "m"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         for name in ("pressure_angle", "helix_angle"):
             value = float(getattr(self, name))
             if not abs(value) < 1.5:
@@ -83,23 +84,25 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
         k = jnp.arange(1, self.error_amplitudes.shape[0] + 1)
         return jnp.sum(self.error_amplitudes * jnp.cos(k * self.teeth * phi + self.error_phases))
 
-    def deflection(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def deflection(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """delta, m: positive where the driving flanks press."""
         (qa, _), (qb, _) = motions
+        return self._pressed(qa, qb)
+
+    def _pressed(self, qa: Vec6, qb: Vec6) -> Array:
         return self._direction() @ jnp.concatenate([qa, qb]) - self._error(qa[5])
 
     def _stretch(self, motions: tuple[Motion, ...]) -> tuple[Array, Array]:
-        return jax.jvp(
-            lambda *q: self.deflection(None, tuple((x, x) for x in q), None),
-            tuple(q for q, _ in motions),
-            tuple(v for _, v in motions),
-        )
+        (qa, va), (qb, vb) = motions
+        return jax.jvp(self._pressed, (qa, qb), (va, vb))
 
-    def tooth_force(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def tooth_force(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Along the line of action, N: positive where gear a drives with +phi."""
         return self.mesh.force(t, *self._stretch(motions), state)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         force = self.tooth_force(t, motions, state)
         on = -force * self._direction()
         if self.error_amplitudes.shape[0]:  # the error turns with phi_a, so it acts back on it
@@ -109,16 +112,22 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     def initial(self) -> Array:
         return self.mesh.initial()
 
-    def rates(self, t, motions, accelerations, state) -> Array:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Array:
         return self.mesh.rates(t, *self._stretch(motions), state)
 
     def times(self) -> Array:
         return self.mesh.times()
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.mesh.energy(t, self._stretch(motions)[0], state)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.mesh.power_lost(t, *self._stretch(motions), state)
 
     def nominal(self) -> "GearMesh":

@@ -1,6 +1,7 @@
 """The universal joint: two shafts that meet at an angle."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -33,7 +34,7 @@ class UniversalJoint(AbstractElastic, Energetic, Signalling):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.angle) > np.deg2rad(80):
             yield f"angle must be below 80 degrees, but is {np.rad2deg(float(self.angle)):.4g} degrees"
 
@@ -53,21 +54,25 @@ class UniversalJoint(AbstractElastic, Energetic, Signalling):
         g, ratio = jax.jvp(self._follows, (qa[5],), (jnp.ones_like(qa[5]),))
         return qb[5] - g, vb[5] - ratio * va[5], ratio
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         x, x_t, ratio = self._twist(motions)
         torque = self.stiffness * x + self.damping * x_t
         about = jnp.zeros(6).at[5].set(1.0)
         return ratio * torque * about, -torque * about
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the right yoke's side, N·m: positive when the right end leads."""
         x, x_t, _ = self._twist(motions)
         return self.stiffness * x + self.damping * x_t
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         x, _, _ = self._twist(motions)
         return 0.5 * self.stiffness * x**2
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         _, x_t, _ = self._twist(motions)
         return self.damping * x_t**2

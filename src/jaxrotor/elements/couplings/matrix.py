@@ -1,5 +1,7 @@
 """A user's own stiffness and damping between two stations."""
 
+from typing import Any
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -21,14 +23,14 @@ class ElasticMatrix(AbstractElastic, Linear, Energetic):
     def matrices(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"]]:
         return self.K, self.C
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> None:
+    def forces(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> None:
         return None
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         q = jnp.concatenate([m[0] for m in motions])
         return 0.5 * q @ self.K @ q
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         q = jnp.concatenate([m[0] for m in motions])
         v = jnp.concatenate([m[1] for m in motions])
         return v @ self.C @ v + 0.5 * v @ (self.K - self.K.T) @ q

@@ -1,6 +1,6 @@
 """Torsional vibration dampers: a ring that turns on its hub."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -27,24 +27,36 @@ class TorsionalDamper(AbstractAttachment, Stateful, Energetic, Signalling):
     def initial(self) -> Float[Array, "2"]:
         return jnp.zeros(2)
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, "2"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, "2"]:
         carried = accelerations[0][5]
         return jnp.stack([state[1], -self.torque(t, motions, state) / self.inertia - carried])
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return (self.torque(t, motions, state) * jnp.array([0.0, 0, 0, 0, 0, 1]),)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((_, v),) = motions
         return 0.5 * self.inertia * (v[5] + state[1]) ** 2 + 0.5 * self.stiffness * state[0] ** 2
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.damping * state[1] ** 2
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """On the hub, N·m: positive when the ring leads."""
         return self.stiffness * state[0] + self.damping * state[1]
 
-    def ring_angle(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def ring_angle(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """The ring's angle relative to the hub, rad."""
         return state[0]

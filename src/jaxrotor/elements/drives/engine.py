@@ -1,5 +1,8 @@
 """Torque of a piston engine."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -29,7 +32,7 @@ class EngineTorque(AbstractAttachment, Timed, Nominal):
         converter=as_schedule, metadata={"drives": ""}, default=1.0
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         phases = self.orders if self.phases is None else self.phases
         sizes = [x.shape[0] for x in (self.orders, self.amplitudes, phases)]
         if len(set(sizes)) > 1:
@@ -38,7 +41,9 @@ class EngineTorque(AbstractAttachment, Timed, Nominal):
                 f"{sizes[1]} and {sizes[2]} entries"
             )
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         ((q, _),) = motions
         phases = 0.0 if self.phases is None else self.phases
         waves = jnp.sum(self.amplitudes * jnp.cos(self.orders * q[5] + phases))

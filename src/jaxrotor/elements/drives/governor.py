@@ -1,6 +1,6 @@
 """Control of speed."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -44,23 +44,35 @@ class SpeedGovernor(AbstractAttachment, Stateful, Timed, Signalling, NonSmooth):
     def initial(self) -> Float[Array, "1"]:
         return jnp.zeros(1)
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, "1"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, "1"]:
         error, wanted, given = self._torques(t, motions, state)
         back = self.anti_windup
         if back is None:
             back = self.integral / self.proportional
         return (self.integral * error + back * (given - wanted))[None]
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return about_axis(self._torques(t, motions, state)[2])
 
     def times(self) -> Float[Array, " n"]:
         return self.setpoint.jumps()
 
-    def integral_torque(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def integral_torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Array:
         return state[0]
 
-    def _torques(self, t, motions, state) -> tuple[Array, Array, Array]:
+    def _torques(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Array, Array, Array]:
         """Error of speed (rad/s), torque wanted and torque given (N·m)."""
         ((_, v),) = motions
         error = self.setpoint.value(t) - v[5]

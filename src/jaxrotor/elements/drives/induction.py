@@ -1,5 +1,6 @@
 """The induction motor with its fluxes."""
 
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -59,7 +60,7 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
 
     signals: ClassVar[dict[str, str]] = {"current": "A", "torque": "N*m"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         for name in ("stator_inductance", "rotor_inductance"):
             if not getattr(self, name) > self.magnetizing_inductance:
                 yield (
@@ -71,7 +72,13 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
     def initial(self) -> Float[Array, "4"]:
         return jnp.zeros(4)  # psi_ds, psi_qs, psi_dr, psi_qr
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, "4"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, "4"]:
         ((_, v),) = motions
         turn = 2 * jnp.pi * self.frequency.value(t)
         slip = turn - self.pole_pairs * v[5]
@@ -86,33 +93,35 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
             ]
         )
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return about_axis(self.torque(t, motions, state))
 
     def times(self) -> Float[Array, " n"]:
         return jnp.concatenate([self.voltage.jumps(), self.frequency.jumps()])
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def torque(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """N·m on the station."""
         i = self._currents(state)
         return 1.5 * self.pole_pairs * (state[0] * i[1] - state[1] * i[0])
 
-    def current(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def current(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Peak of the stator's phase current, A."""
         i = self._currents(state)
         square = i[0] ** 2 + i[1] ** 2
         some = square > 0  # at the start the root has no derivative
         return jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return 0.75 * jnp.sum(state * self._currents(state))
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         i = self._currents(state)
         stator, rotor = jnp.sum(i[:2] ** 2), jnp.sum(i[2:] ** 2)
         return 1.5 * (self.stator_resistance * stator + self.rotor_resistance * rotor)
 
-    def power_in(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_in(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return 1.5 * self.voltage.value(t) * self._currents(state)[0]
 
     def _currents(self, state: Float[Array, "4"]) -> Float[Array, "4"]:

@@ -1,5 +1,8 @@
 """Torques and forces from outside."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -25,7 +28,9 @@ class Torque(AbstractAttachment, Timed):
 
     value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return about_axis(self.value.value(t))
 
     def times(self) -> Float[Array, " n"]:
@@ -42,11 +47,13 @@ class Force(AbstractAttachment, Timed):
     value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N"})
     direction: Float[Array, "3"] = parameter(shapes=((3,),), default=(0.0, -1.0, 0.0))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not np.any(self.direction):
             yield "direction must point somewhere, but is zero: give (0, -1, 0) for downwards"
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return (jnp.concatenate([self.direction * self.value.value(t), jnp.zeros(3)]),)
 
     def times(self) -> Float[Array, " n"]:
@@ -62,7 +69,9 @@ class FanLoad(AbstractAttachment):
 
     coefficient: Float[Array, ""] = parameter("N*m*s^2/rad^2", nonnegative=True)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         return about_axis(-self.coefficient * v[5] * jnp.abs(v[5]))
 
@@ -79,10 +88,12 @@ class SpeedTorque(AbstractAttachment, Tabulated):
     speeds: Float[Array, " n"] = parameter("rad/s", shapes=((None,),))
     torques: Float[Array, " n"] = parameter("N*m", shapes=((None,),))
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from table_faults(self.speeds, self.torques, ("speeds", "torques"), "rad/s")
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         return about_axis(interpolate(self.speeds, self.torques, v[5]))
 
@@ -101,7 +112,7 @@ class Brake(AbstractAttachment, Energetic, Timed):
     torque: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
     reversal_speed: Float[Array, ""] = parameter("rad/s", positive=True, default=1.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         for t in (0.0, *map(float, self.torque.jumps())):
             torque = float(self.torque.value(jnp.asarray(t)))
             if torque < 0:
@@ -111,16 +122,18 @@ class Brake(AbstractAttachment, Energetic, Timed):
                 )
                 return
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         return about_axis(-self.torque.value(t) * jnp.tanh(v[5] / self.reversal_speed))
 
     def times(self) -> Float[Array, " n"]:
         return self.torque.jumps()
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return jnp.zeros(())
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((_, v),) = motions
         return self.torque.value(t) * jnp.tanh(v[5] / self.reversal_speed) * v[5]

@@ -1,6 +1,7 @@
 """Motors by their characteristic, and the direct-current motor."""
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -38,11 +39,13 @@ class KlossMotor(AbstractAttachment, Timed):
         converter=as_schedule, metadata={"drives": ""}, default=1.0
     )
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.synchronous_speed == 0:
             yield "synchronous_speed must not be zero: give 2 pi times frequency over pole pairs"
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         ((_, v),) = motions
         # both slips as speeds: so the sense of turning takes care of itself
         behind = self.synchronous_speed - v[5]
@@ -75,25 +78,33 @@ class DCMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Signallin
     def initial(self) -> Float[Array, "1"]:
         return jnp.zeros(1)
 
-    def rates(self, t, motions: tuple[Motion, ...], accelerations, state) -> Float[Array, "1"]:
+    def rates(
+        self,
+        t: Float[Array, ""],
+        motions: tuple[Motion, ...],
+        accelerations: tuple[Vec6, ...],
+        state: Float[Array, " k"],
+    ) -> Float[Array, "1"]:
         ((_, v),) = motions
         drop = self.resistance * state + self.constant * v[5]
         return (self.voltage.value(t) - drop) / self.inductance
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         return about_axis(self.constant * state[0])
 
     def times(self) -> Float[Array, " n"]:
         return self.voltage.jumps()
 
-    def current(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def current(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return state[0]
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return 0.5 * self.inductance * state[0] ** 2
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.resistance * state[0] ** 2
 
-    def power_in(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_in(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.voltage.value(t) * state[0]

@@ -2,7 +2,7 @@
 
 from ...core.parameter import parameter
 from ...core.protocol import NonSmooth
-from .law import AbstractLaw, Scalar
+from .law import AbstractLaw, Scalar, States
 from .touch import area, pressed, pressed_lost
 
 
@@ -32,14 +32,14 @@ class Bilinear(AbstractLaw, NonSmooth):
             (self.other_stiffness, self.other_damping, *both),
         )
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         one, other = self._how()
         return pressed(x, v, *one) - pressed(-x, -v, *other)
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         w = self.smoothing
         return self.stiffness * area(x, w) + self.other_stiffness * area(-x, w)
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         one, other = self._how()
         return pressed_lost(x, v, *one) + pressed_lost(-x, -v, *other)

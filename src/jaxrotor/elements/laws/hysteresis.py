@@ -1,10 +1,12 @@
 """Laws with a memory: relaxing and hysteretic."""
 
+from collections.abc import Iterator
+
 import jax.numpy as jnp
 
 from ...core.parameter import parameter
 from ...core.protocol import NonSmooth
-from .law import AbstractLaw, Scalar
+from .law import AbstractLaw, Scalar, States
 
 
 class Maxwell(AbstractLaw):
@@ -17,19 +19,19 @@ class Maxwell(AbstractLaw):
     stiffness: Scalar = parameter("N*m/rad", positive=True)
     damping: Scalar = parameter("N*m*s/rad", positive=True)
 
-    def initial(self):
+    def initial(self) -> States:
         return jnp.zeros(1)
 
-    def rates(self, t, x, v, state):
+    def rates(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> States:
         return v - self.stiffness / self.damping * state
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.stiffness * state[0]
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         return 0.5 * self.stiffness * state[0] ** 2
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return (self.stiffness * state[0]) ** 2 / self.damping
 
 
@@ -54,7 +56,7 @@ class BoucWen(AbstractLaw, NonSmooth):
     beta: Scalar = parameter(positive=True, default=0.5)
     gamma: Scalar = parameter(default=0.5)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.ratio) > 1:
             yield f"ratio must be at most 1, but is {float(self.ratio):g}"
         if float(self.n) < 1:
@@ -65,23 +67,23 @@ class BoucWen(AbstractLaw, NonSmooth):
                 f"but is {float(self.gamma):g} against {float(self.beta):g}"
             )
 
-    def initial(self):
+    def initial(self) -> States:
         return jnp.zeros(1)
 
-    def rates(self, t, x, v, state):
+    def rates(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> States:
         size = jnp.abs(state) ** self.n
         slip = self.beta * jnp.abs(v) * jnp.sign(state) * size + self.gamma * v * size
         return (v - slip) / self.yield_displacement
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         hysteretic = (1 - self.ratio) * self.stiffness * self.yield_displacement * state[0]
         return self.ratio * self.stiffness * x + hysteretic
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         bristles = (1 - self.ratio) * (self.yield_displacement * state[0]) ** 2
         return 0.5 * self.stiffness * (self.ratio * x**2 + bristles)
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         z = state[0]
         slipping = jnp.abs(z) ** self.n * (self.beta * jnp.abs(v * z) + self.gamma * v * z)
         return (1 - self.ratio) * self.stiffness * self.yield_displacement * slipping

@@ -5,7 +5,7 @@ N·m/rad); along x, y and z the same law is in m and N, and study files read it 
 """
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -89,13 +89,13 @@ class KelvinVoigt(AbstractLaw):
     stiffness: Scalar = parameter("N*m/rad", nonnegative=True)
     damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.stiffness * x + self.damping * v
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         return 0.5 * self.stiffness * x**2
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.damping * v**2
 
 
@@ -108,20 +108,21 @@ class Progressive(AbstractLaw):
     coefficients: Float[Array, " n"] = parameter(shapes=((None,),), label="SI units")
     damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if self.coefficients.shape[0] == 0:
             yield "coefficients must hold k1 at least, but is empty"
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         total = jnp.zeros_like(x)
         for k in self.coefficients[::-1]:  # Horner in x²
             total = total * x**2 + k
         return total * x + self.damping * v
 
-    def energy(self, t, x, state):
-        return sum(k * x ** (2 * i + 2) / (2 * i + 2) for i, k in enumerate(self.coefficients))
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
+        powers = [k * x ** (2 * i + 2) / (2 * i + 2) for i, k in enumerate(self.coefficients)]
+        return sum(powers, start=jnp.zeros(()))
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.damping * v**2
 
 
@@ -156,15 +157,15 @@ class Backlash(AbstractLaw, NonSmooth):
         """How far beyond either face."""
         return x - 0.5 * self.gap, -x - 0.5 * self.gap
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         right, left = self._beyond(x)
         return pressed(right, v, *self._how()) - pressed(left, -v, *self._how())
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         right, left = self._beyond(x)
         return self.stiffness * (area(right, self.smoothing) + area(left, self.smoothing))
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         right, left = self._beyond(x)
         return pressed_lost(right, v, *self._how()) + pressed_lost(left, -v, *self._how())
 
@@ -178,27 +179,29 @@ class Parallel(AbstractLaw):
 
     parts: tuple[AbstractLaw, ...] = eqx.field(converter=as_tuple)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not self.parts:
             yield "parts must hold one law at least, but is empty"
 
-    def _each(self, state):
+    def _each(self, state: Any):
         return zip(self.parts, share_out(self.parts, state))
 
-    def force(self, t, x, v, state):
-        return sum(law.force(t, x, v, own) for law, own in self._each(state))
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
+        return sum((law.force(t, x, v, own) for law, own in self._each(state)), start=jnp.zeros(()))
 
-    def energy(self, t, x, state):
-        return sum(law.energy(t, x, own) for law, own in self._each(state))
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
+        return sum((law.energy(t, x, own) for law, own in self._each(state)), start=jnp.zeros(()))
 
-    def power_lost(self, t, x, v, state):
-        return sum(law.power_lost(t, x, v, own) for law, own in self._each(state))
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
+        return sum(
+            (law.power_lost(t, x, v, own) for law, own in self._each(state)), start=jnp.zeros(())
+        )
 
-    def initial(self):
+    def initial(self) -> States:
         return end_to_end([law.initial() for law in self.parts])
 
-    def rates(self, t, x, v, state):
+    def rates(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> States:
         return end_to_end([law.rates(t, x, v, own) for law, own in self._each(state)])
 
-    def times(self):
+    def times(self) -> Float[Array, " n"]:
         return end_to_end([law.times() for law in self.parts])

@@ -1,11 +1,13 @@
 """A characteristic given by points."""
 
+from collections.abc import Iterator
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
 from ...profiles.monotone import row_before, slopes, table_faults
-from .law import AbstractLaw, Scalar
+from .law import AbstractLaw, Scalar, States
 
 
 class TabulatedLaw(AbstractLaw):
@@ -20,7 +22,7 @@ class TabulatedLaw(AbstractLaw):
     forces: Float[Array, " n"] = parameter("N*m", shapes=((None,),))
     damping: Scalar = parameter("N*m*s/rad", nonnegative=True, default=0.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         x, f = self.displacements, self.forces
         found = list(table_faults(x, f, ("displacements", "forces"), ""))
         yield from found
@@ -41,7 +43,7 @@ class TabulatedLaw(AbstractLaw):
         i = row_before(x, u)
         return i, (u - x[i]) / (x[i + 1] - x[i])
 
-    def force(self, t, x, v, state):
+    def force(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         side = jnp.where(x < 0, -1.0, 1.0)  # not abs: it has no slope at 0
         u = side * x
         f, m, h = self.forces, self._slopes(), jnp.diff(self.displacements)
@@ -54,7 +56,7 @@ class TabulatedLaw(AbstractLaw):
         over = u - self.displacements[-1]
         return side * jnp.where(over > 0, f[-1] + m[-1] * over, inside) + self.damping * v
 
-    def energy(self, t, x, state):
+    def energy(self, t: Scalar, x: Scalar, state: States) -> Scalar:
         u = jnp.where(x < 0, -x, x)
         f, m, h = self.forces, self._slopes(), jnp.diff(self.displacements)
         areas = h * (f[:-1] + f[1:]) / 2 + h**2 * (m[:-1] - m[1:]) / 12
@@ -69,5 +71,5 @@ class TabulatedLaw(AbstractLaw):
         over = u - self.displacements[-1]
         return jnp.where(over > 0, before[-1] + f[-1] * over + 0.5 * m[-1] * over**2, inside)
 
-    def power_lost(self, t, x, v, state):
+    def power_lost(self, t: Scalar, x: Scalar, v: Scalar, state: States) -> Scalar:
         return self.damping * v**2

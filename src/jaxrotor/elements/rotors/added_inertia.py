@@ -1,5 +1,7 @@
 """Mass fixed to a station that has its own equations: a flange, a half coupling, a load's inertia."""
 
+from typing import Any
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -20,7 +22,7 @@ class AddedInertia(AbstractAttachment, Massive):
     transverse_inertia: Float[Array, ""] = parameter("kg*m^2", nonnegative=True, default=0.0)
     offset: Float[Array, ""] = parameter("m", default=0.0)
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> None:
+    def forces(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> None:
         return None
 
     def mass_matrix(self) -> Float[Array, "6 6"]:
@@ -48,7 +50,7 @@ class AddedInertia(AbstractAttachment, Massive):
             + self.polar_inertia * spin**2
         )
 
-    def height_energy(self, motions: tuple[Motion, ...], gravity) -> Array:
+    def height_energy(self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]) -> Array:
         ((q, _),) = motions
         s = self.offset
         place = jnp.stack([q[0] + s * q[4], q[1] - s * q[3], q[2]])

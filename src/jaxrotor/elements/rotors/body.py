@@ -1,5 +1,6 @@
 """A rigid body with any inertia: three distinct moments, any mass centre."""
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -26,7 +27,7 @@ class RigidBody(AbstractInertia, Ported):
 
     ports: ClassVar[tuple[str, ...]] = ("mass_centre",)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         J = np.diag(self.inertia) if self.inertia.ndim == 1 else self.inertia
         if not np.allclose(J, J.T, rtol=1e-12, atol=0.0):
             yield "inertia must be symmetric, but the matrix given is not"

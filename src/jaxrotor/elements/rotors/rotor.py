@@ -1,5 +1,6 @@
 """The rigid rotor with static and dynamic unbalance and geometric imperfection."""
 
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -87,7 +88,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
         balance = Unbalance() if unbalance is None else unbalance
         return cls(*figures, balance, imperfection, angle, ends)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         jp, jt = float(self.polar_inertia), float(self.transverse_inertia)
         if jp > 2 * jt:
             yield (

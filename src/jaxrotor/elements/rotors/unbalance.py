@@ -98,7 +98,8 @@ class Unbalance(Part):
         transverse_inertia: Any,
     ) -> "Unbalance":
         """From small masses stuck on the rotor: (kg, radius in m, angle in rad, z in m) of each. Else as
-        `from_planes`; what they add to the rotor's own mass and inertia is left out."""
+        `from_planes`; what they add to the rotor's own mass and inertia is left out. Raises
+        `InputError` for what is no list of four numbers each."""
         return cls.from_planes(
             [(m * r, angle, z) for m, r, angle, z in _rows(masses, 4, "masses")],
             mass,

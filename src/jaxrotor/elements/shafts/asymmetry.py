@@ -1,5 +1,6 @@
 """Shafts that bend more easily in one direction than in the other."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import jax.numpy as jnp
@@ -9,7 +10,7 @@ from ...core.arguments import number, positive
 from ...core.errors import InputError
 from ...core.gate import takes
 from ...core.parameter import known, parameter
-from .defect import AbstractShaftDefect, towards
+from .defect import AbstractShaftDefect, Bend, Section, towards
 
 
 class Asymmetry(AbstractShaftDefect):
@@ -26,14 +27,16 @@ class Asymmetry(AbstractShaftDefect):
     ratio: Float[Array, ""] = parameter()
     angle: Float[Array, ""] = parameter("rad", default=0.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not abs(float(self.ratio)) < 1:
             yield (
                 f"ratio must lie between -1 and 1, (I1 - I2)/(I1 + I2) of two positive moments of area, "
                 f"but is {float(self.ratio):g}"
             )
 
-    def flexibility(self, section, carried, angle):
+    def flexibility(
+        self, section: Section, carried: Bend, angle: Float[Array, ""]
+    ) -> Float[Array, "4 4"] | None:
         # bending alone: how it yields to shear stays
         even = section.length / section.rigidity
         total = jnp.zeros((4, 4))

@@ -1,10 +1,12 @@
 """Shaft sections that are not straight when nothing loads them."""
 
+from collections.abc import Iterator
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
-from .defect import AbstractShaftDefect, towards
+from .defect import AbstractShaftDefect, Bend, Section, towards
 
 
 class Bow(AbstractShaftDefect):
@@ -19,7 +21,7 @@ class Bow(AbstractShaftDefect):
     sagitta: Float[Array, ""] = parameter("m", nonnegative=True)
     angle: Float[Array, ""] = parameter("rad", default=0.0)
 
-    def shape(self, section):
+    def shape(self, section: Section) -> Bend | None:
         # 4 h s (1 - s): the slope falls by 8 h/L from end to end
         c, s = jnp.cos(self.angle), jnp.sin(self.angle)
         zero = jnp.zeros_like(c)
@@ -34,11 +36,11 @@ class Kink(AbstractShaftDefect):
     position: Float[Array, ""] = parameter(nonnegative=True, default=0.5)
     angle: Float[Array, ""] = parameter("rad", default=0.0)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.position) > 1:
             yield (
                 f"position must lie between 0 and 1 along the section, but is {float(self.position):g}"
             )
 
-    def shape(self, section):
+    def shape(self, section: Section) -> Bend | None:
         return self.bend * towards(self.position, self.angle)

@@ -1,7 +1,8 @@
 """Transverse cracks, open, or breathing as the shaft turns."""
 
 import abc
-from typing import Literal
+from collections.abc import Iterator
+from typing import Any, Literal
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -34,7 +35,7 @@ class AbstractCrack(AbstractShaftDefect):
         """0 closed to 1 open. `facing`: cosine of the angle between the crack's side and `opens_at`;
         `tension`: cosine of that between it and the side on which the section's moment pulls."""
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.depth) > 0.5:
             yield (
                 f"depth must be at most 0.5 of the diameter (fracture mechanics by strips knows no deeper "
@@ -45,14 +46,16 @@ class AbstractCrack(AbstractShaftDefect):
                 f"position must lie between 0 and 1 along the section, but is {float(self.position):g}"
             )
 
-    def misfits(self, shaft):
+    def misfits(self, shaft: Any) -> Iterator[str]:
         if float(shaft.inner_diameter) > 0:
             yield (
                 f"a crack's compliance is known for a solid section alone, but inner_diameter is "
                 f"{float(shaft.inner_diameter):g} m: leave out the bore or the crack"
             )
 
-    def flexibility(self, section: Section, carried: Bend, angle) -> Float[Array, "4 4"]:
+    def flexibility(
+        self, section: Section, carried: Bend, angle: Float[Array, ""]
+    ) -> Float[Array, "4 4"]:
         towards_it = towards(self.position, self.angle)
         beside = towards(self.position, self.angle + jnp.pi / 2)
         pull, side = -jnp.sum(towards_it * carried), jnp.sum(beside * carried)
@@ -85,7 +88,7 @@ class Crack(AbstractCrack):
 
     breathing: Literal["cosine", "open"] = eqx.field(static=True, default="cosine")
 
-    def opening(self, facing, tension):
+    def opening(self, facing: Array, tension: Array) -> Array:
         return jnp.ones_like(facing) if self.breathing == "open" else 0.5 * (1 + facing)
 
 
@@ -103,6 +106,6 @@ class SwitchingCrack(AbstractCrack, NonSmooth):
     follows: Literal["weight", "moment"] = eqx.field(static=True, default="weight")
     width: Float[Array, ""] = parameter("rad", positive=True, default=0.1)
 
-    def opening(self, facing, tension):
+    def opening(self, facing: Array, tension: Array) -> Array:
         cosine = facing if self.follows == "weight" else tension
         return 0.5 * (1 + jnp.tanh(cosine / self.width))

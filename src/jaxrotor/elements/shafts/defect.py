@@ -73,19 +73,21 @@ class ShaftDefects(AbstractShaftDefect):
 
     parts: tuple[AbstractShaftDefect, ...] = eqx.field(converter=as_tuple)
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if not self.parts:
             yield "parts must hold one defect at least, but is empty"
 
-    def misfits(self, shaft):
+    def misfits(self, shaft: Any) -> Iterator[str]:
         for part in self.parts:
             if isinstance(part, AbstractShaftDefect):  # what is none is refused by name
                 yield from part.misfits(shaft)
 
-    def shape(self, section):
+    def shape(self, section: Section) -> Bend | None:
         return _sum(part.shape(section) for part in self.parts)
 
-    def flexibility(self, section, carried, angle):
+    def flexibility(
+        self, section: Section, carried: Bend, angle: Float[Array, ""]
+    ) -> Float[Array, "4 4"] | None:
         return _sum(part.flexibility(section, carried, angle) for part in self.parts)
 
 

@@ -1,16 +1,15 @@
 """The shaft with mass, by finite elements."""
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.arguments import whole
 from ...core.kinematics import from_turning, spin_speed
-from ...core.parameter import parameter
 from ...core.part import option
 from ...core.protocol import (
     LEFT,
@@ -27,9 +26,10 @@ from ...core.protocol import (
     Vec6,
 )
 from ..rotors.node import Node
-from .material import STEEL, ShaftMaterial, as_parameters
+from .material import ShaftMaterial, steel, undamped
 from .segment import MOST_ELEMENTS, Segment
-from .twist import TURN, circulatory_forces, twist_torque
+from .stepped import Sections, by_section, cut, section_faults, sections
+from .twist import circulatory_forces, damped_rates, twist_torque
 
 
 class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
@@ -51,7 +51,9 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
     def mass_matrix(self) -> Float[Array, "12 12"]:
         return self.M
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...]:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
         # gyroscopic, beyond what the nodes' spin momentum gives: workless, as G is skew
         (qa, va), (qb, vb) = motions
         spins = [self._spin(q, v) for q, v in motions]
@@ -63,7 +65,7 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
             on_a, on_b = on_a + extra[0], on_b + extra[1]
         return on_a, on_b
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def torque(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Twisting moment, N·m: positive when the right end leads."""
         k = self.K[11, 11]
         return twist_torque(k, self.rayleigh[1] * k, motions)
@@ -74,21 +76,17 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
             q, v = from_turning(q, v)
         return spin_speed(q, v)
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.segment.strain_energy(*(q for q, _ in motions))
 
     def kinetic_energy(self, motions: tuple[Motion, ...]) -> Array:
         return self.segment.kinetic_energy(motions)
 
-    def height_energy(self, motions: tuple[Motion, ...], gravity) -> Array:
+    def height_energy(self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]) -> Array:
         return self.segment.height_energy(motions, gravity)
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
-        rates = []
-        for q, v in motions:
-            if self.damping == "rotating":
-                v = v - v[5] * (TURN[:6, :6] @ q)
-            rates.append(v)
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
+        rates = damped_rates(motions, self.damping)
         alpha, beta = self.rayleigh
         kinetic = self.segment.kinetic_energy(motions, hat=False)
         return 2 * alpha * kinetic + 2 * beta * self.segment.strain_energy(*rates)
@@ -112,31 +110,19 @@ class FiniteElementShaft(Composite, Carrying):
     ch. 5; energy with large spin: `docs/physics.md`.
     """
 
-    length: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    inner_diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", nonnegative=True, shapes=((), (None,)), default=0.0
-    )
-    end_diameter: Float[Array, ""] | Float[Array, " n"] | None = parameter(
-        "m", positive=True, shapes=((), (None,)), optional=True, default=None
-    )
-    material: ShaftMaterial = eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
-    rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
-    )
+    length: Sections = by_section(positive=True)
+    diameter: Sections = by_section(positive=True)
+    inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
+    end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
+    material: ShaftMaterial = steel()
+    rayleigh: Float[Array, "2"] = undamped()
     elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from section_faults(self)
 
     @property
@@ -156,57 +142,3 @@ class FiniteElementShaft(Composite, Carrying):
         ends = (LEFT, *range(count - 1)), (*range(count - 1), RIGHT)
         stations = ((Node(), count - 1),) if count > 1 else ()
         return Parts(stations, (("element", element, ends),))
-
-
-def sections(shaft: Any) -> int:
-    """How many sections a shaft's dimensions give."""
-    given = (shaft.length, shaft.diameter, shaft.inner_diameter, shaft.end_diameter)
-    return max(1, *(jnp.size(x) for x in given if x is not None))
-
-
-def section_faults(shaft: Any):
-    if not isinstance(shaft.elements, int) or shaft.elements < 1:
-        yield f"elements must be a whole number, one at least, but is {shaft.elements!r}"
-        return
-    count = sections(shaft)
-    given = {
-        name: np.shape(getattr(shaft, name))
-        for name in ("length", "diameter", "inner_diameter", "end_diameter")
-        if getattr(shaft, name) is not None
-    }
-    for name, shape in given.items():
-        if shape not in ((), (count,)):
-            yield (
-                "length, diameter, inner_diameter and end_diameter must be numbers or equally long "
-                f"lists, but {name} has {shape[0]} entries where another has {count}"
-            )
-            return
-    end = shaft.diameter if shaft.end_diameter is None else shaft.end_diameter
-    outer = np.minimum(np.broadcast_to(shaft.diameter, count), np.broadcast_to(end, count))
-    inner = np.broadcast_to(shaft.inner_diameter, count)
-    if np.any(inner >= outer):
-        k = int(np.argmax(inner >= outer))
-        yield (
-            f"inner_diameter must be smaller than the diameter, but is {inner[k]:g} against "
-            f"{outer[k]:g} m"
-        )
-
-
-def cut(shaft: Any, pieces: int, shear: bool, rotary_inertia: bool) -> Segment:
-    """Each section cut into equal pieces: segments stacked on the last axis."""
-    count = sections(shaft)
-
-    def per_piece(x):
-        return jnp.repeat(jnp.broadcast_to(x, (count,)), pieces)
-
-    n = count * pieces
-    left = jnp.tile(jnp.arange(pieces) / pieces, count)
-    start = per_piece(shaft.diameter)
-    end = start if shaft.end_diameter is None else per_piece(shaft.end_diameter)
-    diameters = jnp.stack([start + (end - start) * s for s in (left, left + 1 / pieces)])
-    inside = jnp.broadcast_to(per_piece(shaft.inner_diameter), (2, n))
-    m = shaft.material
-    E, G, rho = (jnp.broadcast_to(x, (n,)) for x in (m.youngs_modulus, m.shear_modulus, m.density))
-    return Segment(
-        per_piece(shaft.length) / pieces, diameters, inside, E, G, rho, shear, rotary_inertia
-    )

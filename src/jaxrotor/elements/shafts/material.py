@@ -36,3 +36,15 @@ def as_parameters(material: Any) -> Any:
         m: Any = material
         return ShaftMaterial(m.youngs_modulus, m.shear_modulus, m.density)
     return material
+
+
+def steel() -> Any:
+    """A field for what a shaft is made of: steel, unless something else is given."""
+    return eqx.field(
+        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
+    )
+
+
+def undamped() -> Any:
+    """A field for `(alpha, beta)` of Rayleigh damping `alpha M + beta K`: none, unless it is given."""
+    return parameter(nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s"))

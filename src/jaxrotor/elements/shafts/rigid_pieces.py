@@ -1,5 +1,6 @@
 """The shaft with mass, by rigid pieces joined by springs: the rigid finite element method."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import equinox as eqx
@@ -7,15 +8,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.arguments import whole
-from ...core.parameter import parameter
 from ...core.part import option
 from ...core.protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from ..rotors.added_inertia import AddedInertia
 from ..rotors.body import RigidBody
-from .finite import cut, section_faults, sections
-from .material import STEEL, ShaftMaterial, as_parameters
+from .material import ShaftMaterial, steel, undamped
 from .section import Shaft
 from .segment import MOST_ELEMENTS
+from .stepped import Sections, by_section, cut, section_faults, sections
 
 
 class RigidElementShaft(Composite, Carrying):
@@ -34,31 +34,19 @@ class RigidElementShaft(Composite, Carrying):
     Wojciech, Dynamics of Flexible Multibody Systems: Rigid Finite Element Method (2006), ch. 2.
     """
 
-    length: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", positive=True, shapes=((), (None,))
-    )
-    inner_diameter: Float[Array, ""] | Float[Array, " n"] = parameter(
-        "m", nonnegative=True, shapes=((), (None,)), default=0.0
-    )
-    end_diameter: Float[Array, ""] | Float[Array, " n"] | None = parameter(
-        "m", positive=True, shapes=((), (None,)), optional=True, default=None
-    )
-    material: ShaftMaterial = eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
-    rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
-    )
+    length: Sections = by_section(positive=True)
+    diameter: Sections = by_section(positive=True)
+    inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
+    end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
+    material: ShaftMaterial = steel()
+    rayleigh: Float[Array, "2"] = undamped()
     elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         yield from section_faults(self)
 
     @property

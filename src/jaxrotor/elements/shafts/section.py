@@ -1,6 +1,7 @@
 """The shaft section of the paper: elastic and damping, without inertia of its own."""
 
-from typing import ClassVar, Literal, NamedTuple
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,8 +12,8 @@ from ...core.parameter import parameter
 from ...core.protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Signalling, Vec6
 from .beam import beam_mass, beam_stiffness, shear_coefficient
 from .defect import AbstractShaftDefect, Section, as_defect, defect_energy, defect_forces
-from .material import STEEL, ShaftMaterial, as_parameters
-from .twist import TURN, circulatory_forces, twist_torque
+from .material import ShaftMaterial, steel, undamped
+from .twist import circulatory_forces, damped_rates, twist_torque
 
 
 class Half(NamedTuple):
@@ -51,12 +52,8 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     length: Float[Array, ""] = parameter("m", positive=True)
     diameter: Float[Array, ""] = parameter("m", positive=True)
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    material: ShaftMaterial = eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
-    rayleigh: Float[Array, "2"] = parameter(
-        nonnegative=True, shapes=((2,),), default=(0.0, 0.0), units=("1/s", "s")
-    )
+    material: ShaftMaterial = steel()
+    rayleigh: Float[Array, "2"] = undamped()
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
     shear: bool = eqx.field(static=True, default=False)
@@ -70,7 +67,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
 
     signals: ClassVar[dict[str, str]] = {"torque": "N*m"}
 
-    def faults(self):
+    def faults(self) -> Iterator[str]:
         if float(self.inner_diameter) >= float(self.diameter):
             yield (
                 f"inner_diameter must be smaller than the diameter, but is "
@@ -140,7 +137,9 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         _, moment = self._section()
         return self.material.shear_modulus * 2 * moment / self.length
 
-    def forces(self, t, motions: tuple[Motion, ...], state) -> tuple[Vec6, ...] | None:
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...] | None:
         parts = []
         if self.damping == "rotating":
             B = self.rayleigh[1] * self._stiffness()
@@ -152,14 +151,16 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             return None
         return tuple(sum(each) for each in zip(*parts))  # pyright: ignore
 
-    def torque(self, t, motions: tuple[Motion, ...], state) -> Float[Array, ""]:
+    def torque(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> Float[Array, ""]:
         """Twisting moment, N·m: positive when the right end leads; it pulls the left end along."""
         k = self._torsion()
         return twist_torque(k, self.rayleigh[1] * k, motions)
 
     # The energy is integrated along the section, apart from the matrices above.
 
-    def energy(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         (qa, _), (qb, _) = motions
         beyond = 0.0
         if self.flaw is not None:
@@ -194,7 +195,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             )
         )
 
-    def power_lost(self, t, motions: tuple[Motion, ...], state) -> Array:
+    def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """alpha times twice the kinetic energy a rod of this mass would have, and beta times twice
         the strain energy of the rates (seen from the turning shaft where damping is rotating)."""
         area, moment = self._section()
@@ -210,10 +211,6 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
             y_t = h[0] * va[1] - h[1] * L * va[3] + h[2] * vb[1] - h[3] * L * vb[3]
             z_t, phi_t = ((1 - s) * va[i] + s * vb[i] for i in (2, 5))
             kinetic += weight * rho * (area * (x_t**2 + y_t**2 + z_t**2) + 2 * moment * phi_t**2)
-        rates = []
-        for q, v in motions:
-            if self.damping == "rotating":
-                v = v - v[5] * (TURN[:6, :6] @ q)
-            rates.append(v)
+        rates = damped_rates(motions, self.damping)
         alpha, beta = self.rayleigh
         return alpha * L * kinetic + beta * 2 * self._strain_energy(*rates)

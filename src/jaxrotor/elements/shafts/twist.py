@@ -30,3 +30,10 @@ def circulatory_forces(B: Float[Array, "12 12"], motions: tuple[Motion, ...]) ->
     about = jnp.zeros(12).at[5].set(-jnp.sum(damping[:6])).at[11].set(-jnp.sum(damping[6:]))
     total = circulatory + about
     return total[:6], total[6:]
+
+
+def damped_rates(motions: tuple[Motion, ...], damping: str) -> list[Vec6]:
+    """The rates that internal damping resists: where it is "rotating", those seen from the turning shaft."""
+    if damping != "rotating":
+        return [v for _, v in motions]
+    return [v - v[5] * (TURN[:6, :6] @ q) for q, v in motions]

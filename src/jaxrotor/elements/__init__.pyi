@@ -1,0 +1,90 @@
+from .bearings.journal import (
+    AbstractFilm as AbstractFilm,
+    JournalBearing as JournalBearing,
+    SqueezeFilmDamper as SqueezeFilmDamper,
+    WorkingPoint as WorkingPoint,
+)
+from .bearings.law_support import LawSupport as LawSupport
+from .bearings.radial import RadialBearing as RadialBearing
+from .bearings.rolling import (
+    AbstractRaceDefect as AbstractRaceDefect,
+    BallDefect as BallDefect,
+    InnerRaceDefect as InnerRaceDefect,
+    OuterRaceDefect as OuterRaceDefect,
+    RollingBearing as RollingBearing,
+)
+from .bearings.rub import Rub as Rub
+from .bearings.self_aligning import SelfAligningBearing as SelfAligningBearing
+from .bearings.support import (
+    LinearSupport as LinearSupport,
+    SpeedDependentSupport as SpeedDependentSupport,
+)
+from .control.actuator import Actuator as Actuator
+from .control.controller import (
+    PD as PD,
+    PI as PI,
+    AbstractController as AbstractController,
+    Compensator as Compensator,
+    PositivePositionFeedback as PositivePositionFeedback,
+    ResonantController as ResonantController,
+    StateFeedback as StateFeedback,
+)
+from .control.feedback import (
+    AbstractFeedback as AbstractFeedback,
+    RelativeStates as RelativeStates,
+    SpeedError as SpeedError,
+    TwistOf as TwistOf,
+)
+from .control.loop import ActiveTorque as ActiveTorque
+from .control.neural import NeuralController as NeuralController
+from .control.sampled import SampledTorque as SampledTorque
+from .control.switched import SwitchedDamper as SwitchedDamper
+from .couplings.clutch import CoulombClutch as CoulombClutch, StickSlipClutch as StickSlipClutch
+from .couplings.coupling import (
+    AbstractCoupling as AbstractCoupling,
+    Coupling as Coupling,
+    Misalignment as Misalignment,
+)
+from .couplings.gear import GearMesh as GearMesh
+from .couplings.joint import UniversalJoint as UniversalJoint
+from .couplings.matrix import ElasticMatrix as ElasticMatrix
+from .couplings.torsional_damper import TorsionalDamper as TorsionalDamper
+from .drives.engine import EngineTorque as EngineTorque
+from .drives.governor import SpeedGovernor as SpeedGovernor
+from .drives.induction import InductionMotor as InductionMotor
+from .drives.load import (
+    Brake as Brake,
+    FanLoad as FanLoad,
+    Force as Force,
+    SpeedTorque as SpeedTorque,
+    Torque as Torque,
+)
+from .drives.motor import DCMotor as DCMotor, KlossMotor as KlossMotor
+from .drives.prescribed import PrescribedSpin as PrescribedSpin
+from .laws.bilinear import Bilinear as Bilinear
+from .laws.hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
+from .laws.law import (
+    AbstractLaw as AbstractLaw,
+    Backlash as Backlash,
+    KelvinVoigt as KelvinVoigt,
+    Parallel as Parallel,
+    Progressive as Progressive,
+)
+from .laws.tabulated import TabulatedLaw as TabulatedLaw
+from .rotors.added_inertia import AddedInertia as AddedInertia
+from .rotors.body import RigidBody as RigidBody
+from .rotors.node import Node as Node
+from .rotors.rotor import Imperfection as Imperfection, Rotor as Rotor
+from .rotors.unbalance import Unbalance as Unbalance
+from .shafts.asymmetry import Asymmetry as Asymmetry, keyway as keyway
+from .shafts.bow import Bow as Bow, Kink as Kink
+from .shafts.crack import (
+    AbstractCrack as AbstractCrack,
+    Crack as Crack,
+    SwitchingCrack as SwitchingCrack,
+)
+from .shafts.defect import AbstractShaftDefect as AbstractShaftDefect, ShaftDefects as ShaftDefects
+from .shafts.finite import FiniteElementShaft as FiniteElementShaft
+from .shafts.material import STEEL as STEEL, Material as Material
+from .shafts.rigid_pieces import RigidElementShaft as RigidElementShaft
+from .shafts.section import Shaft as Shaft

@@ -1,0 +1,24 @@
+from .balance import (
+    Balance as Balance,
+    Correction as Correction,
+    balance as balance,
+    correction as correction,
+    influence_coefficients as influence_coefficients,
+    modal_balance as modal_balance,
+    phasor as phasor,
+)
+from .bootstrap import Replicas as Replicas, bootstrap as bootstrap
+from .domain import (
+    AbstractDomain as AbstractDomain,
+    Frequencies as Frequencies,
+    Orders as Orders,
+    Time as Time,
+)
+from .identification import Identification as Identification
+from .identify import Stage as Stage, identify as identify
+from .measured_run import MeasuredRun as MeasuredRun
+from .posterior import Posterior as Posterior, posterior as posterior
+from .profile import (
+    LikelihoodProfile as LikelihoodProfile,
+    likelihood_profiles as likelihood_profiles,
+)

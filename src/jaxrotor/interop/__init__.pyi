@@ -1,0 +1,1 @@
+from .ross import from_ross as from_ross

@@ -1,0 +1,47 @@
+from .chart import Curve as Curve, chart as chart
+from .design import (
+    before_after as before_after,
+    peaks_before_after as peaks_before_after,
+    search_history as search_history,
+)
+from .diagnose import (
+    cascade as cascade,
+    full_spectrum as full_spectrum,
+    order_tracks as order_tracks,
+    waterfall_map as waterfall_map,
+)
+from .forces import bearing_forces as bearing_forces
+from .identification import (
+    channel_fits as channel_fits,
+    correlations as correlations,
+    costs as costs,
+    posteriors as posteriors,
+    profile_curves as profile_curves,
+)
+from .linear import campbell_diagram as campbell_diagram, stability_map as stability_map
+from .machine import draw_machine as draw_machine
+from .maps import interference_diagram as interference_diagram, support_map as support_map
+from .motion import inclinations as inclinations, spin as spin, vibration as vibration
+from .orbits import (
+    bifurcation as bifurcation,
+    centreline as centreline,
+    orbits as orbits,
+    poincare as poincare,
+)
+from .paths import distances as distances, trajectories as trajectories
+from .quantities import over_time as over_time, spectrum as spectrum
+from .response import bode as bode, polar as polar
+from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars
+from .shapes import mode_shapes as mode_shapes
+from .sweep import (
+    distributions as distributions,
+    grid_lines as grid_lines,
+    grid_map as grid_map,
+    grid_over as grid_over,
+    percentile_bands as percentile_bands,
+)
+from .torsion import (
+    speed_differences as speed_differences,
+    speed_spectrum as speed_spectrum,
+    torques as torques,
+)

@@ -1,0 +1,18 @@
+from .motion import (
+    AbstractMotion as AbstractMotion,
+    ConstantSpeed as ConstantSpeed,
+    CosineRamp as CosineRamp,
+    LinearRamp as LinearRamp,
+    SpeedTable as SpeedTable,
+)
+from .schedule import (
+    AbstractSchedule as AbstractSchedule,
+    Harmonic as Harmonic,
+    Impulse as Impulse,
+    PulseTrain as PulseTrain,
+    Ramp as Ramp,
+    Steady as Steady,
+    Step as Step,
+    Table as Table,
+)
+from .spline import SpeedSpline as SpeedSpline
