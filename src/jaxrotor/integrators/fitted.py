@@ -10,7 +10,8 @@ and the history. That is stable while A is near the machine's own Jacobian, so A
 ladder of linearisations, each with weights of its own, changed at the ends of blocks of steps (`ladder`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from math import factorial
 from typing import Any
 
 import equinox as eqx
@@ -44,72 +45,75 @@ def turn_of(speed: Float[Array, ""], h: Float[Array, ""]) -> Float[Array, ""]:
     return jnp.clip(jnp.abs(speed * h), 0.0, LARGEST_TURN)
 
 
+class Moments(eqx.Module):
+    """`flow`: e^(hA). `mean`: `h ∫_0^1 e^((1-s) hA) b(s) ds` for `b = s^n/n!`, n = 0, 1, ..., of which the
+    last two turn (`turning_powers`). One column for each row that has an N."""
+
+    flow: Float[Array, "d d"]
+    mean: Float[Array, "q d m"]
+
+
+def moments(
+    A: Float[Array, "d d"],
+    h: Float[Array, ""],
+    turn: Float[Array, ""],
+    order: int,
+    exact_rows: int = 0,
+) -> Moments:
+    """What weights by `order` past values are mixed from."""
+    d = balance(A)
+    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + 1, turn)
+    phi = phi * (d[:, None] / d[None, :])
+    return Moments(phi[0] + jnp.eye(A.shape[0]), h * phi[1:, :, exact_rows:])
+
+
+def _weights(own: Moments, past, after, ahead) -> FittedWeights:
+    d = own.flow.shape[0]
+    predict = jnp.einsum("jq,qab->ajb", past, own.mean).reshape(d, -1)
+    correct = jnp.einsum("q,qab->ab", after, own.mean)
+    return FittedWeights(jnp.concatenate([own.flow, predict], axis=1), correct, jnp.asarray(ahead))
+
+
 def fitted_weights(
     A: Float[Array, "d d"],
     h: Float[Array, ""],
     turn: Float[Array, ""],
     order: int,
     exact_rows: int = 0,
-    past: Sequence[Sequence[float]] | None = None,
 ) -> FittedWeights:
-    """Weights of a step of length h (s) in which the shaft turns by `turn` (rad, below π), by `order` past
-    values (3 to 7).
-
-    `exact_rows`: in how many leading rows the vector field is A's alone. `past`: the points that the past
-    values are at, in steps, the newest first, `((0, -1, ..., 1 - order),)` unless given; a row for each
-    set of points that weights are wanted for, stacked. A row of fewer points has a mix of fewer terms, and
-    columns of zeros behind them.
-    """
-    rows = past if past is not None else [-np.arange(order, dtype=float)]
-    d = balance(A)
-    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + 1, turn)
-    phi = phi * (d[:, None] / d[None, :])
-    first = phi[0] + jnp.eye(A.shape[0])
-    found = [_mixes(np.asarray(row, float), turn, order) for row in rows]
-    past_mix, next_mix, ahead = (jnp.stack(x) for x in zip(*found))
-    moments = h * phi[1:, :, exact_rows:]
-    predict = jnp.einsum("rjq,qab->rajb", past_mix, moments)
-    predict = predict.reshape(len(rows), A.shape[0], -1)
-    first = jnp.broadcast_to(first, (len(rows), *first.shape))
-    correct = jnp.einsum("rq,qab->rab", next_mix, moments)
-    weights = FittedWeights(jnp.concatenate([first, predict], axis=2), correct, ahead)
-    return weights if past is not None else jax.tree.map(lambda x: x[0], weights)
+    """Weights of a regular step of h (s), in which the shaft turns by `turn` (rad, below π), by `order` past
+    values (3 to 7). `exact_rows`: in how many leading rows the vector field is A's alone."""
+    own = moments(A, h, turn, order, exact_rows)
+    return _weights(own, *_fitted_mix(turn, order))
 
 
-def _mixes(points: np.ndarray, turn: Float[Array, ""], order: int) -> tuple[Array, Array, Array]:
-    """In terms of the order + 1 functions that `phi_functions` integrates: the mix that is one at each of
-    the points and zero at the others, (order, order + 1); the one that is zero at all and one at the
-    step's end, (order + 1,); and the former's values there, (order,)."""
+# In terms of the functions of `Moments`, for n past points: the mix that is one at each of the points and
+# zero at the others, (order, order + 1), zeros beyond n; the one that is zero at all and one at the step's
+# end, (order + 1,); and the values of the former there, (order,).
+_Mix = tuple[Any, Any, Any]
+
+
+def _fitted_mix(turn: Float[Array, ""], order: int) -> _Mix:
+    at = np.append(-np.arange(order, dtype=float), 1.0)
+    powers = np.stack([at**i / factorial(i) for i in range(order - 1)], axis=1)
+    turned = turning_powers(jnp.asarray(at), turn, order - 2, 3).T
+    before = jnp.concatenate([powers[:, :-1], turned[:, :2]], axis=1)
+    after = jnp.concatenate([powers, turned[:, 1:]], axis=1)
+    mix = jnp.linalg.inv(before[:order])
+    # the lower of the pair, in those of one point more: u_n = s^n/n! - turn² u_(n+2)
+    terms = jnp.eye(order, order + 1).at[order - 2, order].set(-(turn**2))
+    return mix.T @ terms, jnp.linalg.inv(after)[:, order], before[order] @ mix
+
+
+def _polynomial_mix(points: np.ndarray, order: int) -> _Mix:
     n = points.size
-    at = jnp.asarray(np.append(points, 1.0))
-
-    def basis(count):
-        values, terms = zip(*(_function(i, i >= count - 2, at, turn, order) for i in range(count)))
-        return jnp.stack(values, axis=1), jnp.stack(terms)
-
-    values, terms = basis(n)
-    mix = jnp.linalg.inv(values[:n])
-    values_next, terms_next = basis(n + 1)
-    omega = jnp.linalg.inv(values_next)[:, n]
-    missing = order - n
-    return (
-        jnp.pad(mix.T @ terms, ((0, missing), (0, 0))),
-        omega @ terms_next,
-        jnp.pad(values[n] @ mix, (0, missing)),
-    )
-
-
-def _function(i: int, turning: bool, at: Array, turn, order: int) -> tuple[Array, Array]:
-    """The i-th function of a basis at the points `at`, and its terms in those of `phi_functions`, of which
-    the last two turn."""
-    unit = np.eye(order + 1)
-    if not turning or i == 0:  # alone in its basis, or beside s alone: constant and straight
-        return at**i / float(np.prod(np.arange(1.0, i + 1))), jnp.asarray(unit[i])
-    terms, factor = jnp.zeros(order + 1), 1.0
-    for n in range(i, order + 1, 2):  # u_n = s^n/n! - turn² u_(n+2)
-        terms = terms + factor * unit[n]
-        factor = -factor * turn**2
-    return turning_powers(at, turn, i, 1)[0], terms
+    at = np.append(points, 1.0)
+    powers = np.stack([at**i / factorial(i) for i in range(n + 1)], axis=1)
+    mix = np.linalg.inv(powers[:n, :n])
+    past, ahead, after = np.zeros((order, order + 1)), np.zeros(order), np.zeros(order + 1)
+    past[:n, :n], ahead[:n] = mix.T, powers[n, :n] @ mix
+    after[: n + 1] = np.linalg.inv(powers)[:, n]
+    return past, after, ahead
 
 
 def first_steps(order: int, halvings: int = 6) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -124,20 +128,6 @@ def first_steps(order: int, halvings: int = 6) -> tuple[np.ndarray, list[np.ndar
     lengths = np.diff(times)
     known = [np.array(times[max(0, i + 1 - order) : i + 1][::-1]) for i in range(lengths.size)]
     return lengths, [(t - t[0]) / h for t, h in zip(known, lengths)]
-
-
-def start_weights(
-    A: Float[Array, "d d"], h: Float[Array, ""], speed, order: int, exact_rows: int = 0
-) -> FittedWeights:
-    """Of all `first_steps`, stacked."""
-    lengths, points = first_steps(order)
-    parts = []
-    for length in np.unique(lengths):
-        rows = [p for p, own in zip(points, lengths) if own == length]
-        part = h * float(length)
-        parts.append(fitted_weights(A, part, turn_of(speed, part), order, exact_rows, rows))
-    # the lengths never fall, so that sorted by length is as they come
-    return jax.tree.map(lambda *x: jnp.concatenate(x), *parts)
 
 
 class History(eqx.Module):
@@ -172,56 +162,47 @@ def rebased(history: History, A_from: Float[Array, "d d"], A_to: Float[Array, "d
     return History(history.N + history.states @ change.T, history.states)
 
 
-def begin(
-    f: Callable,
-    A: Float[Array, "d d"],
-    weights: FittedWeights,
-    t0: Float[Array, ""],
-    h: Float[Array, ""],
-    y0: Vector,
-    exact_rows: int = 0,
-) -> tuple[Float[Array, "k d"], History]:
-    """By `start_weights`: the states at t0 + h, ..., t0 + order h, and the history there."""
-    order = weights.ahead.shape[1]
-    lengths, _ = first_steps(order)
-    value = f(t0, y0)[exact_rows:] - A[exact_rows:] @ y0
-    N = jnp.zeros((order, value.size)).at[0].set(value)
-
-    def one(carry, x):
-        t1, own = x
-        y, N, predicted, _ = step(f, A, own, t1, *carry)
-        return (y, N), (y, predicted)
-
-    ends = t0 + h * jnp.cumsum(lengths)
-    (_, N), (ys, predicted) = jax.lax.scan(one, (y0, N), (ends, weights))
-    return ys[-order:], History(N, predicted[-order:][::-1])
-
-
 class Ladder(eqx.Module):
-    """Linearisations at rising `speeds` (rad/s), each with its weights for the regular step."""
+    """Linearisations at rising `speeds` (rad/s), each with its weights for the regular step of h seconds;
+    and the weights of all `first_steps` by the linearisation `start`."""
 
+    h: Float[Array, ""]
     speeds: Float[Array, " s"]
     A: Float[Array, "s d d"]
     weights: FittedWeights
+    start: Any
+    starting: FittedWeights
 
     @classmethod
     def of(
         cls,
-        linearise: Callable[[Array], Array],
         speeds: Float[Array, " s"],
+        A: Float[Array, "s d d"],
         h: Float[Array, ""],
         order: int,
         exact_rows: int = 0,
-        fit: Any = True,
+        start: Any = 0,
+        fit: Any = 1.0,
     ) -> "Ladder":
-        """`linearise`: A at a speed. `fit` (0 or 1): whether the weights know the speed, or powers of s
-        alone."""
-
-        def rung(w):
-            A = linearise(w)
-            return A, fitted_weights(A, h, fit * turn_of(w, h), order, exact_rows)
-
-        return cls(speeds, *jax.lax.map(rung, speeds))
+        """`fit` times the angle of a step is what its weights are fitted to: 0 leaves powers of s alone."""
+        turns = fit * turn_of(speeds, h)
+        lengths, points = first_steps(order)
+        different, which = np.unique(lengths, return_inverse=True)
+        # the start is by polynomials, for it is short
+        every = (
+            jnp.concatenate([A, jnp.broadcast_to(A[start], (different.size, *A.shape[1:]))]),
+            jnp.concatenate([jnp.broadcast_to(h, speeds.shape), h * different]),
+            jnp.concatenate([turns, jnp.zeros(different.size)]),
+        )
+        found = jax.lax.map(lambda x: moments(*x, order, exact_rows), every)
+        n = speeds.size
+        own, short = (jax.tree.map(lambda x: x[:n], found), jax.tree.map(lambda x: x[n:], found))
+        weights = jax.lax.map(lambda x: _weights(x[0], *_fitted_mix(x[1], order)), (own, turns))
+        mixes = [np.stack(x) for x in zip(*(_polynomial_mix(p, order) for p in points))]
+        starting = jax.lax.map(
+            lambda x: _weights(jax.tree.map(lambda m: m[x[0]], short), *x[1:]), (which, *mixes)
+        )
+        return cls(h, speeds, A, weights, jnp.asarray(start), starting)
 
     def nearest(self, speed: Float[Array, ""]) -> Array:
         return jnp.argmin(jnp.abs(self.speeds - jax.lax.stop_gradient(speed)))
@@ -230,27 +211,46 @@ class Ladder(eqx.Module):
         return self.A[i], jax.tree.map(lambda x: x[i], self.weights)
 
 
+def begin(
+    f: Callable, ladder: Ladder, t0: Float[Array, ""], y0: Vector
+) -> tuple[Float[Array, "k d"], History]:
+    """The states at t0 + h, ..., t0 + order h, and the history there, of the linearisation `ladder.start`."""
+    A, weights = ladder.A[ladder.start], ladder.starting
+    order = weights.ahead.shape[1]
+    exact_rows = y0.size - weights.correct.shape[2]
+    lengths, _ = first_steps(order)
+    value = f(t0, y0)[exact_rows:] - A[exact_rows:] @ y0
+    N = jnp.concatenate([value[None], jnp.zeros((order - 1, value.size))])
+
+    def one(carry, x):
+        t1, own = x
+        y, N, predicted, _ = step(f, A, own, t1, *carry)
+        return (y, N), (y, predicted)
+
+    ends = t0 + ladder.h * np.cumsum(lengths)
+    (_, N), (ys, predicted) = jax.lax.scan(one, (y0, N), (ends, weights))
+    return ys[-order:], History(N, predicted[-order:][::-1])
+
+
 def run_blocks(
     f: Callable[[Array, Vector], Vector],
     ladder: Ladder,
     speed: Callable[[Array, Vector], Array],
     t0: Float[Array, ""],
-    h: Float[Array, ""],
     blocks: int,
     length: int,
     y0: Vector,
     history: History,
-    which: Any,
     keep: Callable[[Vector], Any] = lambda y: y,
     unroll: int = 1,
 ) -> tuple[Any, Any]:
-    """`blocks` blocks of `length` steps from the state `y0` at t0, whose history belongs to rung `which`.
+    """`blocks` blocks of `length` steps from the state `y0` at t0, begun by `begin`.
 
     Each block takes the rung nearest to `speed(t, y)` at its start. Returns what `keep` leaves of the state
     after each step, and of each block the largest gap of N. In reverse mode the states at the blocks'
     starts are kept, and a block is run again.
     """
-    k = history.N.shape[0]
+    k, h = history.N.shape[0], ladder.h
     if length < k:
         raise ValueError(f"a block must be at least {k} steps long, but is {length}")
 
@@ -273,5 +273,5 @@ def run_blocks(
         (y, N, most), (kept, predicted) = jax.lax.scan(one, begin, steps, unroll=unroll)
         return (y, History(N, predicted[-k:][::-1]), now), (kept, most)
 
-    _, (kept, most) = jax.lax.scan(block, (y0, history, which), jnp.arange(blocks))
+    _, (kept, most) = jax.lax.scan(block, (y0, history, ladder.start), jnp.arange(blocks))
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), kept), most

@@ -98,26 +98,34 @@ def phi_functions(
     doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1, 1, MAX_DOUBLINGS)
     scale = 2.0**-doublings
     small, eye = z * scale, jnp.eye(z.shape[0])
-    still = [1 / float(factorial(n)) for n in range(count + _TAYLOR_TERMS + 1)]
-    own, turning = None, still
+    # values of the functions at 1, of all that the series asks for; before 1 alone stands nothing
+    at_one = jnp.array([0.0] + [1 / factorial(n) for n in range(1, count + _TAYLOR_TERMS + 1)])
+    own, skipped = None, jnp.zeros(count)
     if turn is not None:
         own = turn * scale
-        turning = still[: count - 2]
-        turning += list(turning_powers(jnp.ones(()), own, count - 2, _TAYLOR_TERMS + 3))
-    top = eye * turning[-1]
-    for j in range(_TAYLOR_TERMS - 1, -1, -1):
-        top = small @ top + eye * turning[count + j]
-    phi = [top]
-    for k in range(count - 1, 0, -1):
-        more = own**2 * phi[-2] if own is not None and k == count - 2 else 0.0
-        phi.append(small @ phi[-1] + more + eye * turning[k])
-    phi.append(small @ phi[-1])  # phi_0 - 1
-    start = jnp.stack(phi[::-1])
+        turned = turning_powers(jnp.ones(()), own, count - 2, _TAYLOR_TERMS + 3)
+        at_one = jnp.concatenate([at_one[: count - 2], turned])
+        # s^n/n! of the highest that does not turn is u_n + turn² u_(n+2)
+        skipped = skipped.at[count - 2].set(own**2)
+
+    def series(top, value):
+        return small @ top + eye * value, None
+
+    top, _ = jax.lax.scan(series, eye * at_one[-1], at_one[count:-1], reverse=True)
+
+    def below(carry, x):
+        phi, before = carry
+        value, skip = x
+        new = small @ phi + skip * before + eye * value
+        return (new, phi), new
+
+    begin = (top, jnp.zeros_like(top))
+    _, rest = jax.lax.scan(below, begin, (at_one[:count], skipped), reverse=True)
+    start = jnp.concatenate([rest, top[None]])
 
     def step(phi, i):
-        # no larger where it no longer counts: a derivative goes through it
-        shift = _shift(None if own is None else own * 2.0 ** jnp.minimum(i, doublings - 1), count)
-        return jnp.where(i < doublings - 1, _double(phi, shift), phi), None
+        shift = _shift(None if own is None else own * 2.0**i, count)
+        return jax.lax.cond(i < doublings - 1, lambda: _double(phi, shift), lambda: phi), None
 
     half, _ = jax.lax.scan(step, start, jnp.arange(MAX_DOUBLINGS - 1.0))
     shift = _shift(None if turn is None else 0.5 * turn, count)
