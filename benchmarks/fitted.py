@@ -58,7 +58,7 @@ def method(order, substeps, t_end):
     f = handwritten.field()
     speed_of = handwritten._drive(jnp.sin, jnp.cos, jnp.minimum, jnp.maximum)
     steps = round(t_end / h)
-    blocks = -(-(steps - order) // BLOCK)
+    blocks = -(-(steps - order + 1) // BLOCK)
 
     def prepare(p):
         speeds = jnp.linspace(0.0, figures.TOP_SPEED, SETS)
@@ -78,7 +78,7 @@ def method(order, substeps, t_end):
             field,
             ladder,
             speed,
-            t0 + order * h,
+            t0 + (order - 1) * h,
             blocks,
             BLOCK,
             first[-1],

@@ -12,7 +12,7 @@ ladder of linearisations, each with weights of its own, changed at the ends of b
 
 from collections.abc import Callable
 from math import factorial
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -116,18 +116,36 @@ def _polynomial_mix(points: np.ndarray, order: int) -> _Mix:
     return past, after, ahead
 
 
-def first_steps(order: int, halvings: int = 6) -> tuple[np.ndarray, list[np.ndarray]]:
-    """How a history fills, from one value at the start: lengths of the steps, in regular ones, and the
-    points that each has behind it, in its own length.
+class FirstSteps(NamedTuple):
+    """How a history fills, from one value at the start; in regular steps.
 
-    The first is shorter by 2^halvings, since it knows two values of N alone; each next one doubles what has
-    been done and knows one value more, until they are regular steps that know regular points. They end
-    after `order` regular steps.
+    `ends` of the short steps; `which` of the `kinds` each is: its length, and the points behind it in its own
+    length; `regular`: which ends are those of regular steps.
     """
-    times = [0.0, *(2.0**-i for i in range(halvings, -1, -1)), *range(2, order + 1)]
-    lengths = np.diff(times)
-    known = [np.array(times[max(0, i + 1 - order) : i + 1][::-1]) for i in range(lengths.size)]
-    return lengths, [(t - t[0]) / h for t, h in zip(known, lengths)]
+
+    ends: np.ndarray
+    which: np.ndarray
+    kinds: list[tuple[float, tuple[float, ...]]]
+    regular: np.ndarray
+
+
+def first_steps(order: int, parts: int = 4, halvings: int = 5) -> FirstSteps:
+    """The first step is 2^-halvings of a part of a regular one, since it knows but one value of N; each next
+    one doubles what has been done, by no more than four values (six so far apart are unstable). Parts follow
+    until regular steps know enough regular points."""
+    growth = [2.0 ** (i - halvings) for i in range(halvings)]
+    times = np.array([0.0, *growth, *range(1, parts * (order - 1) + 1)]) / parts
+    lengths, kinds, which = np.diff(times), [], []
+    for i, length in enumerate(lengths):
+        points = (times[max(0, i + 1 - order) : i + 1][::-1] - times[i]) / length
+        if points.size < order or np.any(points != -np.arange(order)):
+            points = points[:4]
+        kind = (float(length), tuple(points.tolist()))
+        if kind not in kinds:
+            kinds.append(kind)
+        which.append(kinds.index(kind))
+    ends = times[1:]
+    return FirstSteps(ends, np.array(which), kinds, np.flatnonzero(ends % 1 == 0))
 
 
 class History(eqx.Module):
@@ -186,7 +204,8 @@ class Ladder(eqx.Module):
     ) -> "Ladder":
         """`fit` times the angle of a step is what its weights are fitted to: 0 leaves powers of s alone."""
         turns = fit * turn_of(speeds, h)
-        lengths, points = first_steps(order)
+        kinds = first_steps(order).kinds
+        lengths = [length for length, _ in kinds]
         different, which = np.unique(lengths, return_inverse=True)
         # the start is by polynomials, for it is short
         every = (
@@ -198,7 +217,10 @@ class Ladder(eqx.Module):
         n = speeds.size
         own, short = (jax.tree.map(lambda x: x[:n], found), jax.tree.map(lambda x: x[n:], found))
         weights = jax.lax.map(lambda x: _weights(x[0], *_fitted_mix(x[1], order)), (own, turns))
-        mixes = [np.stack(x) for x in zip(*(_polynomial_mix(p, order) for p in points))]
+        mixes = [
+            np.stack(x)
+            for x in zip(*(_polynomial_mix(np.array(points), order) for _, points in kinds))
+        ]
         starting = jax.lax.map(
             lambda x: _weights(jax.tree.map(lambda m: m[x[0]], short), *x[1:]), (which, *mixes)
         )
@@ -214,22 +236,25 @@ class Ladder(eqx.Module):
 def begin(
     f: Callable, ladder: Ladder, t0: Float[Array, ""], y0: Vector
 ) -> tuple[Float[Array, "k d"], History]:
-    """The states at t0 + h, ..., t0 + order h, and the history there, of the linearisation `ladder.start`."""
-    A, weights = ladder.A[ladder.start], ladder.starting
-    order = weights.ahead.shape[1]
-    exact_rows = y0.size - weights.correct.shape[2]
-    lengths, _ = first_steps(order)
+    """The states at t0 + h, ..., t0 + (order - 1) h, and the history there, of the linearisation
+    `ladder.start`."""
+    A, order = ladder.A[ladder.start], ladder.starting.ahead.shape[1]
+    exact_rows = y0.size - ladder.starting.correct.shape[2]
+    steps = first_steps(order)
     value = f(t0, y0)[exact_rows:] - A[exact_rows:] @ y0
     N = jnp.concatenate([value[None], jnp.zeros((order - 1, value.size))])
 
     def one(carry, x):
-        t1, own = x
-        y, N, predicted, _ = step(f, A, own, t1, *carry)
-        return (y, N), (y, predicted)
+        t1, kind = x
+        weights = jax.tree.map(lambda w: w[kind], ladder.starting)
+        y, N, predicted, _ = step(f, A, weights, t1, *carry)
+        return (y, N), (y, N[0], predicted)
 
-    ends = t0 + ladder.h * np.cumsum(lengths)
-    (_, N), (ys, predicted) = jax.lax.scan(one, (y0, N), (ends, weights))
-    return ys[-order:], History(N, predicted[-order:][::-1])
+    ends = t0 + ladder.h * steps.ends
+    _, found = jax.lax.scan(one, (y0, N), (ends, steps.which))
+    ys, N, predicted = (x[steps.regular] for x in found)
+    newest = (jnp.concatenate([x[::-1], first[None]]) for x, first in ((N, value), (predicted, y0)))
+    return ys, History(*newest)
 
 
 def run_blocks(
