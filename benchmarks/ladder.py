@@ -5,7 +5,7 @@ evaluation a step, history carried over each change of linearisation), and compa
 evaluations, one linearisation) at a much shorter step: the error of the worst coordinate, as part of its
 peak, as `jaxrotor.plan` counts it. Steps are told in samples and in radians of the top speed.
 
-    python benchmarks/ladder.py [--quick] [config ...]
+    python benchmarks/ladder.py [--orders k ...] [--steps s ...] [--fit f ...] [config ...]
 """
 
 import argparse
@@ -35,7 +35,7 @@ MACHINES = {
     "geared_train": 1.0,
 }
 SETS, BLOCK = 11, 50
-STEPS = tuple(Fraction(x) for x in ("3", "2", "3/2", "1", "1/2", "1/3", "1/4", "1/5"))
+STEPS = tuple(Fraction(x) for x in ("2", "3/2", "1", "1/2", "1/3", "1/4", "1/5"))
 REFERENCE = 16  # steps a sample of today's solver
 
 
@@ -76,20 +76,17 @@ def run(machine, y0, ends, interval, share, top, order, fit):
     return np.concatenate(states)[:: share.denominator], share.numerator
 
 
-def table(name, orders, shares):
+def table(name, orders, shares, fits):
     study = jr.load(CONFIGS / f"{name}.toml")
-    machine, t_end = study.machine, MACHINES[name]
+    machine, t_end = study.machine, MACHINES.get(name, study.simulation.t_end)
     rate = study.simulation.sample_rate
     system = assemble(machine)
     ends = sorted({0.0, t_end, *(float(t) for t in jump_times(system) if 0 < t < t_end)})
     n = n_free(system)
-    top = study.simulation.speed or 1.0
-    speeds = None
-    for _ in range(2):  # a line without a drive finds its speed itself
+    # a line without a drive finds its speed itself
+    top = float(study.simulation.speed or 0.0) or jr.plan(machine, t_end, rate).top_speed or 100.0
+    for _ in range(3):
         settings = jr.Plan(REFERENCE, 6, 0.5 * top, top, float("nan"), float("nan"))
-        if speeds is None:
-            top = jr.plan(machine, t_end, rate).top_speed if not _is_free(system) else 160.0
-            settings = jr.Plan(REFERENCE, 6, 0.5 * top, top, float("nan"), float("nan"))
         response = jr.simulate(
             machine, t_end, rate, initial=study.simulation.initial, step=settings, progress=False
         )
@@ -108,7 +105,7 @@ def table(name, orders, shares):
         "          " + "".join(f"{float(s) * interval * top:9.2f}" for s in shares) + "  rad a step"
     )
     for order in orders:
-        for fit in (1.0, 0.0):
+        for fit in fits:
             row = []
             for share in shares:
                 found, skip = run(machine, y[0], ends, interval, share, sense * top, order, fit)
@@ -119,23 +116,22 @@ def table(name, orders, shares):
                     float(share_of_peaks(jnp.asarray(error), np.abs(y[:, :n]).max(axis=0), system))
                 )
             print(
-                f"{order:5} {'yes' if fit else 'no':4}" + "".join(f"{e:9.1e}" for e in row),
+                f"{order:5} {fit:4g}" + "".join(f"{e:9.1e}" for e in row),
                 flush=True,
             )
-
-
-def _is_free(system):
-    return not system.ground and system.lead is None
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("config", nargs="*", default=list(MACHINES))
-    parser.add_argument("--quick", action="store_true", help="order 6 at three steps")
+    parser.add_argument("--orders", type=int, nargs="+", default=[6, 5, 4])
+    parser.add_argument("--steps", type=Fraction, nargs="+", default=STEPS, help="in samples")
+    parser.add_argument(
+        "--fit", type=float, nargs="+", default=[1.0, 0.0], help="times the speed; 0: powers alone"
+    )
     asked = parser.parse_args()
-    orders, shares = ((6,), STEPS[3:6]) if asked.quick else ((6, 5, 4), STEPS)
     for name in asked.config:
-        table(name, orders, shares)
+        table(name, asked.orders, asked.steps, asked.fit)
 
 
 if __name__ == "__main__":
