@@ -16,6 +16,7 @@ import os
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -27,13 +28,13 @@ import handwritten
 import jax.numpy as jnp
 import numpy as np
 
-from jaxrotor.integrators.fitted import Ladder, begin, run_blocks
+from jaxrotor.integrators.fitted import Ladder, begin, first_steps, run_blocks
 
 REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_reference.npz"
 SAMPLE, T_END, GRADIENT_END = 1e-3, 10.0, 1.0  # s
 TIMES = np.linspace(0.0, T_END, 10_001)
 ORDERS_AND_STEPS = ((6, 3), (6, 2), (6, 1), (5, 3), (5, 2), (5, 1), (4, 2))  # steps in a sample
-SETS, BLOCK = 11, 50
+SETS, BLOCK = 4, 50
 REPEATS = 3
 MAIN = np.array([1, 5])  # rows of its x and y
 SINGLE = "--xla_cpu_multi_thread_eigen=false"
@@ -105,19 +106,19 @@ def constants():
 def fitted_rows():
     """(name, call, what is known of it)."""
     p = constants()
+    fixed = {k: np.asarray(v) for k, v in handwritten.FIGURES.items()}
     for order, substeps in ORDERS_AND_STEPS:
         prepare, run = method(order, substeps, T_END)
         prepare = jax.jit(prepare, compiler_options=QUICK)
-        ladder, first = seconds(lambda: prepare(p))
-        _, preparing = seconds(lambda: prepare(p))
-        fixed = {k: np.asarray(v) for k, v in handwritten.FIGURES.items()}
-        march = jax.jit(lambda ladder, t0, run=run: run(fixed, ladder, t0))
+        ladder, first = seconds(partial(prepare, p))
+        _, preparing = seconds(partial(prepare, p))
         known = dict(
             prepare_compile=first - preparing,
             prepare=preparing,
-            evaluations=round(T_END / SAMPLE * substeps) + 7,
+            evaluations=round(T_END / SAMPLE * substeps) + first_steps(order).ends.size,
         )
-        yield f"fitted {order}, h = 1/{substeps} ms", lambda m=march, x=ladder: m(x, 0.0), known
+        march = jax.jit(partial(run, fixed))
+        yield f"fitted {order}, h = 1/{substeps} ms", partial(march, ladder, 0.0), known
 
 
 def peer_rows():
@@ -221,9 +222,14 @@ def child(reference):
 def show(title, found):
     print(f"\n{title}")
     peers = [r for r in found["rows"] if r["name"].startswith("CVODE")]
-    print(
-        f"{'':28}{'evaluations':>12}{'error m':>10}{'prepare s':>10}{'run s':>8}{'compile s':>10}{'CVODE/run':>10}"
+    columns = (
+        ("evaluations", 12),
+        ("error m", 10),
+        ("prepare s", 10),
+        ("run s", 8),
+        ("compile s", 10),
     )
+    print(" " * 28 + "".join(f"{name:>{width}}" for name, width in (*columns, ("CVODE/run", 10))))
     for r in found["rows"]:
         compiling = r["compile"] + r.get("prepare_compile", 0.0)
         ratio = f"{at_error(peers, r['error']) / r['run']:.1f}" if peers else ""

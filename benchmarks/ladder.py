@@ -5,10 +5,11 @@ evaluation a step, history carried over each change of linearisation), and compa
 evaluations, one linearisation) at a much shorter step: the error of the worst coordinate, as part of its
 peak, as `jaxrotor.plan` counts it. Steps are told in samples and in radians of the top speed.
 
-    python benchmarks/ladder.py [--orders k ...] [--steps s ...] [--fit f ...] [config ...]
+    python benchmarks/ladder.py [--orders k ...] [--steps s ...] [--fit f ...] [--sets n ...] [config ...]
 """
 
 import argparse
+import itertools
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -34,16 +35,16 @@ MACHINES = {
     "overhung_fan": 2.5,
     "geared_train": 1.0,
 }
-SETS, BLOCK = 11, 50
+BLOCK = 50
 STEPS = tuple(Fraction(x) for x in ("2", "3/2", "1", "1/2", "1/3", "1/4", "1/5"))
 REFERENCE = 16  # steps a sample of today's solver
 
 
-@partial(jax.jit, static_argnames=("order", "steps"))
-def piece(machine, y0, t0, t1, h, top, fit, order, steps):
+@partial(jax.jit, static_argnames=("order", "sets", "steps"))
+def piece(machine, y0, t0, t1, h, top, fit, order, sets, steps):
     """The states after each step of one smooth piece of the run, from t0."""
     system, balanced = assemble(machine), assemble(machine, nominal=True)
-    speeds = jnp.linspace(0.0, 1.0, SETS) * top
+    speeds = jnp.linspace(0.0, 1.0, sets) * top
     A = jax.lax.map(lambda w: jacobian(balanced, w), speeds)
 
     def field(t, y):
@@ -64,19 +65,21 @@ def piece(machine, y0, t0, t1, h, top, fit, order, steps):
     return jnp.concatenate([first, rest])[:steps]
 
 
-def run(machine, y0, ends, interval, share, top, order, fit):
+def run(machine, y0, ends, interval, share, top, order, fit, sets):
     """The states at every sample that is a step too, and how many samples lie between them."""
     h = interval * float(share)
     states, y = [np.asarray(y0)[None]], jnp.asarray(y0)
     for t0, t1 in zip(ends, ends[1:]):
         steps = round((t1 - t0) / h)
-        found = piece(machine, y, t0, t1, h, top, fit, order, steps)
+        if abs(steps * h - (t1 - t0)) > 1e-9:
+            return np.full((1, y.size), np.nan), share.numerator  # a jump lies within a step
+        found = piece(machine, y, t0, t1, h, top, fit, order, sets, steps)
         states.append(np.asarray(found))
         y = found[-1]
     return np.concatenate(states)[:: share.denominator], share.numerator
 
 
-def table(name, orders, shares, fits):
+def table(name, orders, shares, fits, counts):
     study = jr.load(CONFIGS / f"{name}.toml")
     machine, t_end = study.machine, MACHINES.get(name, study.simulation.t_end)
     rate = study.simulation.sample_rate
@@ -100,15 +103,17 @@ def table(name, orders, shares, fits):
         f"\n{name}: {y.shape[1]} states, {t_end} s, top speed {top:.0f} rad/s, samples at {rate:g} Hz"
     )
     interval = 1.0 / rate
-    print("order fit " + "".join(f"{s!s:>9}" for s in shares) + "  samples a step")
+    print("order fit sets " + "".join(f"{s!s:>9}" for s in shares) + "  samples a step")
     print(
         "          " + "".join(f"{float(s) * interval * top:9.2f}" for s in shares) + "  rad a step"
     )
     for order in orders:
-        for fit in fits:
+        for fit, sets in itertools.product(fits, counts):
             row = []
             for share in shares:
-                found, skip = run(machine, y[0], ends, interval, share, sense * top, order, fit)
+                found, skip = run(
+                    machine, y[0], ends, interval, share, sense * top, order, fit, sets
+                )
                 want = y[::skip]
                 count = min(len(found), len(want))
                 error = np.abs(found[:count] - want[:count])[:, :n].max(axis=0)
@@ -116,7 +121,7 @@ def table(name, orders, shares, fits):
                     float(share_of_peaks(jnp.asarray(error), np.abs(y[:, :n]).max(axis=0), system))
                 )
             print(
-                f"{order:5} {fit:4g}" + "".join(f"{e:9.1e}" for e in row),
+                f"{order:5} {fit:4g} {sets:4}" + "".join(f"{e:9.1e}" for e in row),
                 flush=True,
             )
 
@@ -129,9 +134,10 @@ def main():
     parser.add_argument(
         "--fit", type=float, nargs="+", default=[1.0, 0.0], help="times the speed; 0: powers alone"
     )
+    parser.add_argument("--sets", type=int, nargs="+", default=[11], help="linearisations")
     asked = parser.parse_args()
     for name in asked.config:
-        table(name, asked.orders, asked.steps, asked.fit)
+        table(name, asked.orders, asked.steps, asked.fit, asked.sets)
 
 
 if __name__ == "__main__":

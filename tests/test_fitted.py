@@ -15,6 +15,7 @@ from jaxrotor.integrators.fitted import (
     fitted_weights,
     rebased,
     run_blocks,
+    step,
     turn_of,
 )
 from jaxrotor.integrators.phi import phi_functions, turning_powers
@@ -193,6 +194,20 @@ def test_rebased():
     history = History(jnp.asarray(f - states @ here.T)[:, 1:], jnp.asarray(states))
     moved = rebased(history, jnp.asarray(here), jnp.asarray(there))
     np.testing.assert_allclose(moved.N, (f - states @ there.T)[:, 1:], atol=1e-11)
+
+
+def test_what_is_remembered_is_N_at_the_corrected_state():
+    """Where the field is linear and A goes with the speed evenly, that is known."""
+    rng = np.random.default_rng(1)
+    speeds = jnp.array([0.0, 3.0, 8.0])
+    ladder = Ladder.of(speeds, jax.vmap(linear)(speeds), jnp.asarray(0.05), 4)
+    A, weights, follow = ladder.at(1, jnp.asarray(4.2))
+    y, N = jnp.asarray(rng.standard_normal(3)), jnp.asarray(rng.standard_normal((4, 3)))
+    here = linear(4.2)
+    y1, moved, gap = step(lambda t, y: here @ y, A, weights, 0.05, y, N, follow)
+    assert np.abs(gap).max() > 0.1
+    np.testing.assert_allclose(moved[0], (here - A) @ y1, atol=1e-12)
+    np.testing.assert_array_equal(moved[1:], N[:-1])
 
 
 def test_first_steps_end_where_regular_steps_know_regular_points():

@@ -149,7 +149,7 @@ def first_steps(order: int, parts: int = 4, halvings: int = 5) -> FirstSteps:
 
 
 class History(eqx.Module):
-    """`N` at the last k points, newest first, and the predicted states that it was evaluated at."""
+    """`N` at the last k points, newest first, and the states there."""
 
     N: Float[Array, "k m"]
     states: Float[Array, "k d"]
@@ -162,15 +162,21 @@ def step(
     t1: Float[Array, ""],
     y: Vector,
     history: Float[Array, "k m"],
-) -> tuple[Vector, Array, Vector, Array]:
-    """From y to the state at `t1`: that state, N at the last k points up to it, the predicted state, and
-    by how much N there differs from what was extrapolated."""
+    follow: Float[Array, "m m"] | None = None,
+) -> tuple[Vector, Array, Array]:
+    """From y to the state at `t1`: that state, N at the last k points up to it, and by how much N at the
+    predicted state differs from what was extrapolated.
+
+    `follow`: by how much N changes from the predicted to the corrected state, for each unit of that
+    difference, as far as it is known: what is remembered is N at the corrected state.
+    """
     exact_rows = y.size - history.shape[1]
     predicted = weights.predict @ jnp.concatenate([y, history.ravel()])
     value = f(t1, predicted)[exact_rows:] - A[exact_rows:] @ predicted
     gap = value - weights.ahead @ history
-    history = jnp.concatenate([value[None], history[:-1]])
-    return predicted + weights.correct @ gap, history, predicted, gap
+    remembered = value if follow is None else value + follow @ gap
+    history = jnp.concatenate([remembered[None], history[:-1]])
+    return predicted + weights.correct @ gap, history, gap
 
 
 def rebased(history: History, A_from: Float[Array, "d d"], A_to: Float[Array, "d d"]) -> History:
@@ -182,12 +188,17 @@ def rebased(history: History, A_from: Float[Array, "d d"], A_to: Float[Array, "d
 
 class Ladder(eqx.Module):
     """Linearisations at rising `speeds` (rad/s), each with its weights for the regular step of h seconds;
-    and the weights of all `first_steps` by the linearisation `start`."""
+    and the weights of all `first_steps` by the linearisation `start`.
+
+    `follow`: what N takes over of a correction per rad/s that the machine turns faster than its
+    linearisation (see `step`). That keeps one evaluation a step stable on few linearisations.
+    """
 
     h: Float[Array, ""]
     speeds: Float[Array, " s"]
     A: Float[Array, "s d d"]
     weights: FittedWeights
+    follow: Float[Array, "s m m"]
     start: Any
     starting: FittedWeights
 
@@ -224,13 +235,28 @@ class Ladder(eqx.Module):
         starting = jax.lax.map(
             lambda x: _weights(jax.tree.map(lambda m: m[x[0]], short), *x[1:]), (which, *mixes)
         )
-        return cls(h, speeds, A, weights, jnp.asarray(start), starting)
+        by_speed = _slopes(speeds, A)[:, exact_rows:]
+        follow = by_speed @ weights.correct
+        return cls(h, speeds, A, weights, follow, jnp.asarray(start), starting)
 
     def nearest(self, speed: Float[Array, ""]) -> Array:
         return jnp.argmin(jnp.abs(self.speeds - jax.lax.stop_gradient(speed)))
 
-    def at(self, i) -> tuple[Array, FittedWeights]:
-        return self.A[i], jax.tree.map(lambda x: x[i], self.weights)
+    def at(self, i, speed: Float[Array, ""]) -> tuple[Array, FittedWeights, Array]:
+        """A, the weights and `follow` of a rung, at a speed."""
+        off = jax.lax.stop_gradient(speed) - self.speeds[i]
+        return self.A[i], jax.tree.map(lambda x: x[i], self.weights), off * self.follow[i]
+
+
+def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
+    """dA/dw at each of the speeds, by those beside it."""
+    n = speeds.size
+    if n == 1:
+        return jnp.zeros_like(A)
+    above, below = np.minimum(np.arange(n) + 1, n - 1), np.maximum(np.arange(n) - 1, 0)
+    apart = speeds[above] - speeds[below]
+    apart = jnp.where(apart == 0.0, jnp.inf, apart)
+    return (A[above] - A[below]) / apart[:, None, None]
 
 
 def begin(
@@ -247,13 +273,13 @@ def begin(
     def one(carry, x):
         t1, kind = x
         weights = jax.tree.map(lambda w: w[kind], ladder.starting)
-        y, N, predicted, _ = step(f, A, weights, t1, *carry)
-        return (y, N), (y, N[0], predicted)
+        y, N, _ = step(f, A, weights, t1, *carry)
+        return (y, N), (y, N[0])
 
     ends = t0 + ladder.h * steps.ends
     _, found = jax.lax.scan(one, (y0, N), (ends, steps.which))
-    ys, N, predicted = (x[steps.regular] for x in found)
-    newest = (jnp.concatenate([x[::-1], first[None]]) for x, first in ((N, value), (predicted, y0)))
+    ys, N = (x[steps.regular] for x in found)
+    newest = (jnp.concatenate([x[::-1], first[None]]) for x, first in ((N, value), (ys, y0)))
     return ys, History(*newest)
 
 
@@ -283,20 +309,20 @@ def run_blocks(
     def block(carry, i):
         y, history, before = carry
         t = t0 + i * length * h
-        now = ladder.nearest(speed(t, y))
-        A, weights = ladder.at(now)
+        own = speed(t, y)
+        now = ladder.nearest(own)
+        A, weights, follow = ladder.at(now, own)
         history = rebased(history, ladder.A[before], A)
 
         def one(carry, j):
             y, N, most = carry
-            y, N, predicted, gap = step(f, A, weights, t + (j + 1) * h, y, N)
+            y, N, gap = step(f, A, weights, t + (j + 1) * h, y, N, follow)
             most = jnp.maximum(most, jnp.abs(jax.lax.stop_gradient(gap)))
-            return (y, N, most), (keep(y), predicted)
+            return (y, N, most), y
 
         begin = (y, history.N, jnp.zeros_like(history.N[0]))
-        steps = jnp.arange(length)
-        (y, N, most), (kept, predicted) = jax.lax.scan(one, begin, steps, unroll=unroll)
-        return (y, History(N, predicted[-k:][::-1]), now), (kept, most)
+        (y, N, most), ys = jax.lax.scan(one, begin, jnp.arange(length), unroll=unroll)
+        return (y, History(N, ys[-k:][::-1]), now), (jax.vmap(keep)(ys), most)
 
     _, (kept, most) = jax.lax.scan(block, (y0, history, ladder.start), jnp.arange(blocks))
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), kept), most
