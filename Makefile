@@ -22,7 +22,7 @@ lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
 	$(BIN)/pyright
 
 benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
-	for name in vector_field startup growth campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+	for name in vector_field startup fitted ladder growth campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
 
 clean: ## remove the environment and the caches; results stay
 	rm -rf $(VENV) .cache .pytest_cache .ruff_cache
