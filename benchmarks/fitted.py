@@ -34,7 +34,7 @@ REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_refe
 SAMPLE, T_END, GRADIENT_END = 1e-3, 10.0, 1.0  # s
 TIMES = np.linspace(0.0, T_END, 10_001)
 ORDERS_AND_STEPS = ((6, 3), (6, 2), (6, 1), (5, 3), (5, 2), (5, 1), (4, 2))  # steps in a sample
-SETS, BLOCK = 4, 50
+SETS, FITS, BLOCK = 4, 61, 50
 REPEATS = 3
 MAIN = np.array([1, 5])  # rows of its x and y
 SINGLE = "--xla_cpu_multi_thread_eigen=false"
@@ -64,7 +64,8 @@ def method(order, substeps, t_end):
     def prepare(p):
         speeds = jnp.linspace(0.0, figures.TOP_SPEED, SETS)
         A = jax.vmap(lambda w: linear_part(p, w))(speeds)
-        return Ladder.of(speeds, A, jnp.asarray(h), order, 24)
+        fits = jnp.linspace(0.0, figures.TOP_SPEED, FITS)
+        return Ladder.of(speeds, A, jnp.asarray(h), order, 24, speeds=fits)
 
     def run(p, ladder, t0):
         def field(t, y):

@@ -35,7 +35,7 @@ MACHINES = {
     "overhung_fan": 2.5,
     "geared_train": 1.0,
 }
-BLOCK = 50
+BLOCK, FITS = 50, 61
 STEPS = tuple(Fraction(x) for x in ("2", "3/2", "1", "1/2", "1/3", "1/4", "1/5"))
 REFERENCE = 16  # steps a sample of today's solver
 
@@ -55,8 +55,9 @@ def piece(machine, y0, t0, t1, h, top, fit, order, sets, steps):
         given = system.reference(t + 0.5 * BLOCK * h)[1] - system.reference(t)[1]
         return line_speed(t, y, system) + given
 
-    now = jnp.argmin(jnp.abs(speeds - speed(t0, y0)))
-    ladder = Ladder.of(speeds, A, h, order, n_free(system), now, fit)
+    now = speed(t0, y0)
+    fits = jnp.linspace(0.0, 1.0, FITS) * top
+    ladder = Ladder.of(speeds, A, h, order, n_free(system), now, fit, fits)
     first, history = begin(field, ladder, t0, y0)
     blocks = max(1, -(-(steps - order + 1) // BLOCK))
     rest, _ = run_blocks(
@@ -134,7 +135,7 @@ def main():
     parser.add_argument(
         "--fit", type=float, nargs="+", default=[1.0, 0.0], help="times the speed; 0: powers alone"
     )
-    parser.add_argument("--sets", type=int, nargs="+", default=[11], help="linearisations")
+    parser.add_argument("--sets", type=int, nargs="+", default=[4], help="linearisations")
     asked = parser.parse_args()
     for name in asked.config:
         table(name, asked.orders, asked.steps, asked.fit, asked.sets)

@@ -210,6 +210,19 @@ def test_what_is_remembered_is_N_at_the_corrected_state():
     np.testing.assert_array_equal(moved[1:], N[:-1])
 
 
+def test_weights_for_many_speeds_are_mixed_from_those_of_one():
+    """On one linearisation: those for a speed beside its own are nearly what that speed's own would be."""
+    A, h = linear(2.0)[None], jnp.asarray(0.1)
+    at = jnp.array([5.0])
+    ladder = Ladder.of(at, A, h, 5, speeds=jnp.array([4.0, 5.0, 6.0]))
+    np.testing.assert_array_equal(ladder.of_A, [0, 0, 0])
+    for i, turn in enumerate((0.4, 0.5, 0.6)):
+        own = fitted_weights(A[0], h, jnp.asarray(turn), 5)
+        off = fitted_weights(A[0], h, jnp.asarray(0.5), 5)
+        apart = np.abs(ladder.weights.predict[i] - own.predict).max()
+        assert apart < (1e-14 if i == 1 else 0.1 * np.abs(off.predict - own.predict).max())
+
+
 def test_first_steps_end_where_regular_steps_know_regular_points():
     for order in (3, 6):
         steps = first_steps(order)

@@ -18,12 +18,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from .phi import balance, phi_functions, turning_powers
 
 # rad: with so much to a step the past values tell the pair apart well; at half a turn they cannot at all.
 LARGEST_TURN = 2.0
+
+# Functions that moments are kept of beyond the past values: one for the correction, and two pairs more for
+# weights fitted to an angle beside theirs.
+_MORE = 5
 
 Vector = Float[Array, " d"]
 
@@ -62,7 +66,7 @@ def moments(
 ) -> Moments:
     """What weights by `order` past values are mixed from."""
     d = balance(A)
-    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + 1, turn)
+    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn)
     phi = phi * (d[:, None] / d[None, :])
     return Moments(phi[0] + jnp.eye(A.shape[0]), h * phi[1:, :, exact_rows:])
 
@@ -84,25 +88,30 @@ def fitted_weights(
     """Weights of a regular step of h (s), in which the shaft turns by `turn` (rad, below π), by `order` past
     values (3 to 7). `exact_rows`: in how many leading rows the vector field is A's alone."""
     own = moments(A, h, turn, order, exact_rows)
-    return _weights(own, *_fitted_mix(turn, order))
+    return _weights(own, *_fitted_mix(turn, order, turn))
 
 
-# In terms of the functions of `Moments`, for n past points: the mix that is one at each of the points and
-# zero at the others, (order, order + 1), zeros beyond n; the one that is zero at all and one at the step's
-# end, (order + 1,); and the values of the former there, (order,).
+# For n past points, in terms of the q = order + _MORE functions of `Moments`: the mix that is one at each point
+# and zero at the others, (order, q), zeros beyond n; the one that is zero at all and one at the step's end,
+# (q,); and the values of the former there, (order,).
 _Mix = tuple[Any, Any, Any]
 
 
-def _fitted_mix(turn: Float[Array, ""], order: int) -> _Mix:
-    at = np.append(-np.arange(order, dtype=float), 1.0)
-    powers = np.stack([at**i / factorial(i) for i in range(order - 1)], axis=1)
-    turned = turning_powers(jnp.asarray(at), turn, order - 2, 3).T
-    before = jnp.concatenate([powers[:, :-1], turned[:, :2]], axis=1)
-    after = jnp.concatenate([powers, turned[:, 1:]], axis=1)
-    mix = jnp.linalg.inv(before[:order])
-    # the lower of the pair, in those of one point more: u_n = s^n/n! - turn² u_(n+2)
-    terms = jnp.eye(order, order + 1).at[order - 2, order].set(-(turn**2))
-    return mix.T @ terms, jnp.linalg.inv(after)[:, order], before[order] @ mix
+def _fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> _Mix:
+    """`near`: the angle that the moments turn by. What turns by it are terms of a higher order in the pair
+    that turns by `turn`: so weights for many angles are mixed from the moments of one near enough."""
+    at, count = np.append(-np.arange(order, dtype=float), 1.0), order + _MORE
+    powers = np.stack([at**i / factorial(i) for i in range(count - 2)])
+    values = jnp.concatenate([powers, turning_powers(jnp.asarray(at), near, count - 2, 2)])
+    unit = jnp.eye(count)
+    turned = dict(zip(range(count), unit))
+    for n in range(count - 3, order - 3, -1):  # u_n = s^n/n! - turn² u_(n+2)
+        turned[n] = unit[n] - turn**2 * turned[n + 2]
+    before = jnp.stack([*unit[: order - 2], turned[order - 2], turned[order - 1]])
+    after = jnp.stack([*unit[: order - 1], turned[order - 1], turned[order]])
+    basis, full = before @ values, after @ values
+    mix = jnp.linalg.inv(basis[:, :order])
+    return mix @ before, jnp.linalg.inv(full)[order] @ after, mix @ basis[:, order]
 
 
 def _polynomial_mix(points: np.ndarray, order: int) -> _Mix:
@@ -110,7 +119,7 @@ def _polynomial_mix(points: np.ndarray, order: int) -> _Mix:
     at = np.append(points, 1.0)
     powers = np.stack([at**i / factorial(i) for i in range(n + 1)], axis=1)
     mix = np.linalg.inv(powers[:n, :n])
-    past, ahead, after = np.zeros((order, order + 1)), np.zeros(order), np.zeros(order + 1)
+    past, ahead, after = np.zeros((order, order + _MORE)), np.zeros(order), np.zeros(order + _MORE)
     past[:n, :n], ahead[:n] = mix.T, powers[n, :n] @ mix
     after[: n + 1] = np.linalg.inv(powers)[:, n]
     return past, after, ahead
@@ -187,65 +196,75 @@ def rebased(history: History, A_from: Float[Array, "d d"], A_to: Float[Array, "d
 
 
 class Ladder(eqx.Module):
-    """Linearisations at rising `speeds` (rad/s), each with its weights for the regular step of h seconds;
-    and the weights of all `first_steps` by the linearisation `start`.
+    """Linearisations A at rising speeds, and at rising `speeds` (rad/s, as many or more) weights for the
+    regular step of h seconds, of the linearisation `of_A`; and the weights of all `first_steps` by the
+    linearisation of the rung `start`.
 
-    `follow`: what N takes over of a correction per rad/s that the machine turns faster than its
-    linearisation (see `step`). That keeps one evaluation a step stable on few linearisations.
+    `follow`: by how much N changes with a correction at the rung's own speed, and what each rad/s adds (see
+    `step`). That keeps one evaluation a step stable on few linearisations.
     """
 
     h: Float[Array, ""]
-    speeds: Float[Array, " s"]
+    speeds: Float[Array, " r"]
     A: Float[Array, "s d d"]
+    of_A: Int[Array, " r"]
     weights: FittedWeights
-    follow: Float[Array, "s m m"]
+    follow: tuple[Float[Array, "r m m"], Float[Array, "r m m"]]
     start: Any
     starting: FittedWeights
 
     @classmethod
     def of(
         cls,
-        speeds: Float[Array, " s"],
+        at: Float[Array, " s"],
         A: Float[Array, "s d d"],
         h: Float[Array, ""],
         order: int,
         exact_rows: int = 0,
-        start: Any = 0,
+        start: Any = 0.0,
         fit: Any = 1.0,
+        speeds: Float[Array, " r"] | None = None,
     ) -> "Ladder":
-        """`fit` times the angle of a step is what its weights are fitted to: 0 leaves powers of s alone."""
-        turns = fit * turn_of(speeds, h)
+        """`at`: speeds of the A. `start`: speed at the start. `fit` times the angle of a step is what the
+        weights are fitted to: 0 leaves powers of s alone. `speeds`: at which, if not at those of the A."""
+        speeds = at if speeds is None else speeds
+        of_A = jnp.argmin(jnp.abs(speeds[:, None] - at), axis=1)
+        near, turns = fit * turn_of(at, h), fit * turn_of(speeds, h)
+        rung = jnp.argmin(jnp.abs(speeds - start))
         kinds = first_steps(order).kinds
-        lengths = [length for length, _ in kinds]
-        different, which = np.unique(lengths, return_inverse=True)
+        different, which = np.unique([length for length, _ in kinds], return_inverse=True)
         # the start is by polynomials, for it is short
+        first = jnp.broadcast_to(A[of_A[rung]], (different.size, *A.shape[1:]))
         every = (
-            jnp.concatenate([A, jnp.broadcast_to(A[start], (different.size, *A.shape[1:]))]),
-            jnp.concatenate([jnp.broadcast_to(h, speeds.shape), h * different]),
-            jnp.concatenate([turns, jnp.zeros(different.size)]),
+            jnp.concatenate([A, first]),
+            jnp.concatenate([jnp.broadcast_to(h, at.shape), h * different]),
+            jnp.concatenate([near, jnp.zeros(different.size)]),
         )
         found = jax.lax.map(lambda x: moments(*x, order, exact_rows), every)
-        n = speeds.size
-        own, short = (jax.tree.map(lambda x: x[:n], found), jax.tree.map(lambda x: x[n:], found))
-        weights = jax.lax.map(lambda x: _weights(x[0], *_fitted_mix(x[1], order)), (own, turns))
-        mixes = [
-            np.stack(x)
-            for x in zip(*(_polynomial_mix(np.array(points), order) for _, points in kinds))
-        ]
-        starting = jax.lax.map(
-            lambda x: _weights(jax.tree.map(lambda m: m[x[0]], short), *x[1:]), (which, *mixes)
+
+        def of(i):
+            return jax.tree.map(lambda x: x[i], found)
+
+        weights = jax.lax.map(
+            lambda x: _weights(of(x[0]), *_fitted_mix(x[1], order, near[x[0]])), (of_A, turns)
         )
-        by_speed = _slopes(speeds, A)[:, exact_rows:]
-        follow = by_speed @ weights.correct
-        return cls(h, speeds, A, weights, follow, jnp.asarray(start), starting)
+        mixes = [_polynomial_mix(np.array(points), order) for _, points in kinds]
+        starting = jax.lax.map(
+            lambda x: _weights(of(x[0]), *x[1:]),
+            (at.size + which, *(np.stack(x) for x in zip(*mixes))),
+        )
+        per_speed = _slopes(at, A)[of_A][:, exact_rows:] @ weights.correct
+        follow = ((speeds - at[of_A])[:, None, None] * per_speed, per_speed)
+        return cls(h, speeds, A, of_A, weights, follow, rung, starting)
 
     def nearest(self, speed: Float[Array, ""]) -> Array:
         return jnp.argmin(jnp.abs(self.speeds - jax.lax.stop_gradient(speed)))
 
     def at(self, i, speed: Float[Array, ""]) -> tuple[Array, FittedWeights, Array]:
-        """A, the weights and `follow` of a rung, at a speed."""
+        """A, the weights and what N follows a correction by (see `step`) of a rung, at a speed."""
         off = jax.lax.stop_gradient(speed) - self.speeds[i]
-        return self.A[i], jax.tree.map(lambda x: x[i], self.weights), off * self.follow[i]
+        follow = self.follow[0][i] + off * self.follow[1][i]
+        return self.A[self.of_A[i]], jax.tree.map(lambda x: x[i], self.weights), follow
 
 
 def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
@@ -264,7 +283,7 @@ def begin(
 ) -> tuple[Float[Array, "k d"], History]:
     """The states at t0 + h, ..., t0 + (order - 1) h, and the history there, of the linearisation
     `ladder.start`."""
-    A, order = ladder.A[ladder.start], ladder.starting.ahead.shape[1]
+    A, order = ladder.A[ladder.of_A[ladder.start]], ladder.starting.ahead.shape[1]
     exact_rows = y0.size - ladder.starting.correct.shape[2]
     steps = first_steps(order)
     value = f(t0, y0)[exact_rows:] - A[exact_rows:] @ y0
@@ -312,7 +331,7 @@ def run_blocks(
         own = speed(t, y)
         now = ladder.nearest(own)
         A, weights, follow = ladder.at(now, own)
-        history = rebased(history, ladder.A[before], A)
+        history = rebased(history, ladder.A[ladder.of_A[before]], A)
 
         def one(carry, j):
             y, N, most = carry
