@@ -28,7 +28,8 @@ import handwritten
 import jax.numpy as jnp
 import numpy as np
 
-from jaxrotor.integrators.fitted import Ladder, begin, first_steps, run_blocks
+from jaxrotor.integrators.fitted import Ladder, begin, run_blocks
+from jaxrotor.integrators.fitted_weights import first_steps
 
 REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_reference.npz"
 SAMPLE, T_END, GRADIENT_END = 1e-3, 10.0, 1.0  # s

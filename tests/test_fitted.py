@@ -7,17 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 from jaxrotor.integrators import fitted
-from jaxrotor.integrators.fitted import (
-    History,
-    Ladder,
-    begin,
-    first_steps,
-    fitted_weights,
-    rebased,
-    run_blocks,
-    step,
-    turn_of,
-)
+from jaxrotor.integrators.fitted import History, Ladder, begin, rebased, run_blocks, step
+from jaxrotor.integrators.fitted_weights import first_steps, fitted_weights, turn_of
 from jaxrotor.integrators.phi import phi_functions, turning_powers
 
 OMEGA = 3.0  # rad/s
