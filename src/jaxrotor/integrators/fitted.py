@@ -117,17 +117,17 @@ class Ladder(eqx.Module):
             jnp.concatenate([jnp.broadcast_to(h, at.shape), h * different]),
             jnp.concatenate([near, jnp.zeros(different.size)]),
         )
-        found = jax.lax.map(lambda x: moments(*x, order, exact_rows), every)
+        found = jax.lax.map(lambda x: moments(x[0], x[1], x[2], order, exact_rows), every)
 
-        def of(i):
+        def own(i):
             return jax.tree.map(lambda x: x[i], found)
 
         weights = jax.lax.map(
-            lambda x: weights_of(of(x[0]), *fitted_mix(x[1], order, near[x[0]])), (of_A, turns)
+            lambda x: weights_of(own(x[0]), *fitted_mix(x[1], order, near[x[0]])), (of_A, turns)
         )
         mixes = [polynomial_mix(np.array(points), order) for _, points in kinds]
         starting = jax.lax.map(
-            lambda x: weights_of(of(x[0]), *x[1:]),
+            lambda x: weights_of(own(x[0]), *x[1:]),
             (at.size + which, *(np.stack(x) for x in zip(*mixes))),
         )
         per_speed = _slopes(at, A)[of_A][:, exact_rows:] @ weights.correct
