@@ -5,6 +5,8 @@ By scaling and doubling: a Taylor series where the matrix is small, then
 `phi_0 - 1`, whose doubling `F(2z) = 2F + F²` keeps the slow modes' digits, where squaring `phi_0`
 would lose one bit each time (and 24 doublings are common here). Everything is differentiable.
 
+The two highest may turn: `∫_0^1 e^((1-s) z) cos(W s) ds` and its sine (`turning_powers`).
+
 Source: Skaflestad & Wright, Appl. Numer. Math. 59 (2009) 783, eq. (2.13).
 """
 
@@ -12,11 +14,14 @@ from math import factorial
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 # Enough for norms up to 2^40; what is not needed is masked, so that the count may vary in a batch.
 MAX_DOUBLINGS = 40
 _TAYLOR_TERMS = 14
+# Of the series of a turning power: rounding up to some 10 rad.
+_TURN_TERMS = 18
 
 
 def balance(A: Float[Array, "d d"]) -> Float[Array, " d"]:
@@ -39,34 +44,89 @@ def balance(A: Float[Array, "d d"]) -> Float[Array, " d"]:
     return jax.lax.fori_loop(0, 30, sweep, jnp.ones(A.shape[0]))
 
 
-def _double(phi: Float[Array, "p d d"]) -> Float[Array, "p d d"]:
-    """`(phi_0 - 1, phi_1, ...)` of 2z from those of z."""
-    count = phi.shape[0]
-    product = phi[0] @ phi  # (p, d, d): one batched product
-    out = [2 * phi[0] + product[0]]
-    for k in range(1, count):
-        rest = phi[k] + sum(phi[j] / float(factorial(k - j)) for j in range(1, k + 1))
-        out.append((product[k] + rest) / 2**k)
+def turning_powers(
+    x: Float[Array, "..."], turn: Float[Array, "..."], first: int, count: int
+) -> Float[Array, "..."]:
+    """`u_n(x) = Σ_l (-1)^l turn^(2l) x^(n+2l)/(n+2l)!` for n = first, ..., stacked in front.
+
+    `x^n/n!` where nothing turns; `cos(turn x)` is u_0 and `sin(turn x)/turn` u_1, and u_n + turn² u_(n+2) is
+    x^n/n!. By its series: the closed form loses all digits where `turn x` is small. Up to 8 rad it has
+    twelve digits.
+    """
+    square = -((turn * x) ** 2)
+    out = []
+    for n in range(first, first + count):
+        total = 1.0
+        for l in range(_TURN_TERMS, 0, -1):
+            total = 1.0 + total * square / ((n + 2 * l - 1) * (n + 2 * l))
+        out.append(x**n / float(factorial(n)) * total)
     return jnp.stack(out)
 
 
-def phi_functions(z: Float[Array, "d d"], count: int) -> Float[Array, "p d d"]:
-    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2`, stacked, and the same of `z`: (2, p, d, d)."""
+def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:
+    """What the functions under the integrals are one step later, in terms of themselves: (p-1, p-1)."""
+    powers = np.array([1 / factorial(n) for n in range(count)])
+    n = np.arange(count)
+    below = np.subtract.outer(n, n)
+    shift = np.where(below >= 0, powers[np.maximum(below, 0)], 0.0)
+    if turn is None:
+        return shift
+    turned = turning_powers(jnp.ones(()), turn, 0, count)
+    last = jnp.where(below >= 0, turned[np.maximum(below, 0)], 0.0)[-2:]
+    return jnp.concatenate([shift[:-2], last.at[0, -1].set(-(turn**2) * turned[1])])
+
+
+def _double(phi: Float[Array, "p d d"], shift: Array | np.ndarray) -> Float[Array, "p d d"]:
+    """`(phi_0 - 1, phi_1, ...)` of 2z from those of z."""
+    count = phi.shape[0]
+    product = phi[0] @ phi  # (p, d, d): one batched product
+    rest = phi[1:] + jnp.tensordot(shift, phi[1:], 1)
+    halves = 2.0 ** -np.arange(1.0, count)[:, None, None]
+    return jnp.concatenate([(2 * phi[0] + product[0])[None], halves * (product[1:] + rest)])
+
+
+def phi_functions(
+    z: Float[Array, "d d"], count: int, turn: Float[Array, ""] | None = None
+) -> Float[Array, "2 p d d"]:
+    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2`, stacked, and the same of `z`: (2, p, d, d).
+
+    With `turn` (rad) the last two have, in place of `s^n/n!`, the `turning_powers` of their n, so that
+    with those before them they integrate `cos(turn s)` and `sin(turn s)` too. No inverse is taken of
+    anything: `turn` may be an eigenvalue of z, as it is at a critical speed.
+    """
     norm = jnp.max(jnp.sum(jnp.abs(jax.lax.stop_gradient(z)), axis=1), initial=0.0)
     doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1, 1, MAX_DOUBLINGS)
-    small = z * 2.0**-doublings
-    eye = jnp.eye(z.shape[0])
-    top = eye / float(factorial(count + _TAYLOR_TERMS))
-    for j in range(_TAYLOR_TERMS - 1, -1, -1):
-        top = small @ top + eye / float(factorial(count + j))
-    phi = [top]
-    for k in range(count - 1, 0, -1):
-        phi.append(small @ phi[-1] + eye / float(factorial(k)))
-    phi.append(small @ phi[-1])  # phi_0 - 1
-    start = jnp.stack(phi[::-1])
+    scale = 2.0**-doublings
+    small, eye = z * scale, jnp.eye(z.shape[0])
+    # values of the functions at 1, of all that the series asks for; before 1 alone stands nothing
+    at_one = jnp.array([0.0] + [1 / factorial(n) for n in range(1, count + _TAYLOR_TERMS + 1)])
+    own, skipped = None, jnp.zeros(count)
+    if turn is not None:
+        own = turn * scale
+        turned = turning_powers(jnp.ones(()), own, count - 2, _TAYLOR_TERMS + 3)
+        at_one = jnp.concatenate([at_one[: count - 2], turned])
+        # s^n/n! of the highest that does not turn is u_n + turn² u_(n+2)
+        skipped = skipped.at[count - 2].set(own**2)
+
+    def series(top, value):
+        return small @ top + eye * value, None
+
+    top, _ = jax.lax.scan(series, eye * at_one[-1], at_one[count:-1], reverse=True)
+
+    def below(carry, x):
+        phi, before = carry
+        value, skip = x
+        new = small @ phi + skip * before + eye * value
+        return (new, phi), new
+
+    begin = (top, jnp.zeros_like(top))
+    _, rest = jax.lax.scan(below, begin, (at_one[:count], skipped), reverse=True)
+    start = jnp.concatenate([rest, top[None]])
 
     def step(phi, i):
-        return jnp.where(i < doublings - 1, _double(phi), phi), None
+        shift = _shift(None if own is None else own * 2.0**i, count)
+        return jax.lax.cond(i < doublings - 1, lambda: _double(phi, shift), lambda: phi), None
 
-    half, _ = jax.lax.scan(step, start, jnp.arange(MAX_DOUBLINGS - 1))
-    return jnp.stack([half, _double(half)])
+    half, _ = jax.lax.scan(step, start, jnp.arange(MAX_DOUBLINGS - 1.0))
+    shift = _shift(None if turn is None else 0.5 * turn, count)
+    return jnp.stack([half, _double(half, shift)])

@@ -1,0 +1,148 @@
+"""Weights of the exponentially fitted Adams method (`fitted`): how past values of N are weighed in a step.
+
+N is taken through its last k values as a mix of `1, s, ..., s^(k-3), cos(θ s), sin(θ s)`, s in steps, which
+is integrated exactly with exp(hA). The integrals need no inverse and hold at a critical speed too (`phi`);
+a corrected step has one power more.
+"""
+
+from math import factorial
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .phi import balance, phi_functions, turning_powers
+
+# rad: with so much to a step the past values tell the pair apart well; at half a turn they cannot at all.
+LARGEST_TURN = 2.0
+
+# Functions that moments are kept of beyond the past values: one for the correction, and two pairs more for
+# weights fitted to an angle beside theirs.
+_MORE = 5
+
+
+class FittedWeights(eqx.Module):
+    """Of one step, or stacked in front. m of the d rows have an N.
+
+    `predict` acts on (y, N of the last k points, newest first); `ahead` extrapolates N to the step's end;
+    `correct` acts on what the evaluation there differs from that.
+    """
+
+    predict: Float[Array, "d dkm"]
+    correct: Float[Array, "d m"]
+    ahead: Float[Array, " k"]
+
+
+def turn_of(speed: Float[Array, ""], h: Float[Array, ""]) -> Float[Array, ""]:
+    """The angle that a step is fitted to."""
+    return jnp.clip(jnp.abs(speed * h), 0.0, LARGEST_TURN)
+
+
+class Moments(eqx.Module):
+    """`flow`: e^(hA). `mean`: `h ∫_0^1 e^((1-s) hA) b(s) ds` for `b = s^n/n!`, n = 0, 1, ..., of which the
+    last two turn (`turning_powers`). One column for each row that has an N."""
+
+    flow: Float[Array, "d d"]
+    mean: Float[Array, "q d m"]
+
+
+def moments(
+    A: Float[Array, "d d"],
+    h: Float[Array, ""],
+    turn: Float[Array, ""],
+    order: int,
+    exact_rows: int = 0,
+) -> Moments:
+    """What weights by `order` past values are mixed from."""
+    d = balance(A)
+    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn)
+    phi = phi * (d[:, None] / d[None, :])
+    return Moments(phi[0] + jnp.eye(A.shape[0]), h * phi[1:, :, exact_rows:])
+
+
+def weights_of(own: Moments, past, after, ahead) -> FittedWeights:
+    d = own.flow.shape[0]
+    predict = jnp.einsum("jq,qab->ajb", past, own.mean).reshape(d, -1)
+    correct = jnp.einsum("q,qab->ab", after, own.mean)
+    return FittedWeights(jnp.concatenate([own.flow, predict], axis=1), correct, jnp.asarray(ahead))
+
+
+def fitted_weights(
+    A: Float[Array, "d d"],
+    h: Float[Array, ""],
+    turn: Float[Array, ""],
+    order: int,
+    exact_rows: int = 0,
+) -> FittedWeights:
+    """Weights of a regular step of h (s), in which the shaft turns by `turn` (rad, below π), by `order` past
+    values (3 to 7). `exact_rows`: in how many leading rows the vector field is A's alone."""
+    own = moments(A, h, turn, order, exact_rows)
+    return weights_of(own, *fitted_mix(turn, order, turn))
+
+
+# For n past points, in terms of the q = order + _MORE functions of `Moments`: the mix that is one at each
+# point and zero at the others, (order, q), zeros beyond n; the one that is zero at all and one at the step's
+# end, (q,); and the values of the former there, (order,).
+Mix = tuple[Any, Any, Any]
+
+
+def fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> Mix:
+    """`near`: the angle that the moments turn by. What turns by it are terms of a higher order in the pair
+    that turns by `turn`: so weights for many angles are mixed from the moments of one near enough."""
+    at, count = np.append(-np.arange(order, dtype=float), 1.0), order + _MORE
+    powers = np.stack([at**i / factorial(i) for i in range(count - 2)])
+    values = jnp.concatenate([powers, turning_powers(jnp.asarray(at), near, count - 2, 2)])
+    unit = jnp.eye(count)
+    turned = dict(zip(range(count), unit))
+    for n in range(count - 3, order - 3, -1):  # u_n = s^n/n! - turn² u_(n+2)
+        turned[n] = unit[n] - turn**2 * turned[n + 2]
+    before = jnp.stack([*unit[: order - 2], turned[order - 2], turned[order - 1]])
+    after = jnp.stack([*unit[: order - 1], turned[order - 1], turned[order]])
+    basis, full = before @ values, after @ values
+    mix = jnp.linalg.inv(basis[:, :order])
+    return mix @ before, jnp.linalg.inv(full)[order] @ after, mix @ basis[:, order]
+
+
+def polynomial_mix(points: np.ndarray, order: int) -> Mix:
+    n = points.size
+    at = np.append(points, 1.0)
+    powers = np.stack([at**i / factorial(i) for i in range(n + 1)], axis=1)
+    mix = np.linalg.inv(powers[:n, :n])
+    past, ahead, after = np.zeros((order, order + _MORE)), np.zeros(order), np.zeros(order + _MORE)
+    past[:n, :n], ahead[:n] = mix.T, powers[n, :n] @ mix
+    after[: n + 1] = np.linalg.inv(powers)[:, n]
+    return past, after, ahead
+
+
+class FirstSteps(NamedTuple):
+    """How a history fills, from one value at the start; in regular steps.
+
+    `ends` of the short steps; `which` of the `kinds` each is: its length, and the points behind it in its own
+    length; `regular`: which ends are those of regular steps.
+    """
+
+    ends: np.ndarray
+    which: np.ndarray
+    kinds: list[tuple[float, tuple[float, ...]]]
+    regular: np.ndarray
+
+
+def first_steps(order: int, parts: int = 4, halvings: int = 5) -> FirstSteps:
+    """The first step is 2^-halvings of a part of a regular one, since it knows but one value of N; each next
+    one doubles what has been done, by no more than four values (six so far apart are unstable). Parts follow
+    until regular steps know enough regular points."""
+    growth = [2.0 ** (i - halvings) for i in range(halvings)]
+    times = np.array([0.0, *growth, *range(1, parts * (order - 1) + 1)]) / parts
+    lengths, kinds, which = np.diff(times), [], []
+    for i, length in enumerate(lengths):
+        points = (times[max(0, i + 1 - order) : i + 1][::-1] - times[i]) / length
+        if points.size < order or np.any(points != -np.arange(order)):
+            points = points[:4]
+        kind = (float(length), tuple(points.tolist()))
+        if kind not in kinds:
+            kinds.append(kind)
+        which.append(kinds.index(kind))
+    ends = times[1:]
+    return FirstSteps(ends, np.array(which), kinds, np.flatnonzero(ends % 1 == 0))
