@@ -224,8 +224,8 @@ def test_settings_of_the_simulation_reach_its_runs(place, monkeypatch):
     class Asked(Exception):
         pass
 
-    def asked(machine, **settings):
-        raise Asked(settings)
+    def asked(machine, simulation, **more):
+        raise Asked(simulation)
 
     own = 'sample_rate = "1 kHz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
     (place / "rig.toml").write_text(RIG.replace('sample_rate = "1 kHz"', own))
@@ -234,9 +234,9 @@ def test_settings_of_the_simulation_reach_its_runs(place, monkeypatch):
     with pytest.raises(Asked) as told:
         main(["identify", "rig.toml"])
     (settings,) = told.value.args
-    assert isinstance(settings["solver"], diffrax.Kvaerno5)
-    assert (settings["rtol"], settings["atol"]) == (1e-5, 1e-8)
-    assert (settings["sample_rate"], settings["initial"]) == (1000.0, "undeformed")
+    assert isinstance(settings.solver, diffrax.Kvaerno5)
+    assert (settings.rtol, settings.atol) == (1e-5, 1e-8)
+    assert (settings.sample_rate, settings.initial) == (1000.0, "undeformed")
 
 
 def test_identified_angles_are_wrapped(place):

@@ -122,17 +122,17 @@ def test_settings_of_the_simulation_reach_its_runs(tmp_path, monkeypatch):
     class Asked(Exception):
         pass
 
-    def asked(machine, t_end, sample_rate, initial, speed, solver, step, rtol, atol, **more):
-        raise Asked(t_end, sample_rate, solver, rtol, atol)
+    def asked(machine, simulation, **more):
+        raise Asked(simulation)
 
     own = 'sample_rate = "500 Hz"\nsolver = "Kvaerno5"\nrtol = 1e-5\natol = 1e-8'
     (tmp_path / "step.toml").write_text(STEP.replace('sample_rate = "500 Hz"', own))
     monkeypatch.setattr("jaxrotor.optimization.experiment.simulate", asked)
     with pytest.raises(Asked) as told:
         main(["optimize", str(tmp_path / "step.toml"), "--out", str(tmp_path / "best")])
-    t_end, rate, solver, *tolerances = told.value.args
-    assert (t_end, rate, tolerances) == (2.0, 500.0, [1e-5, 1e-8])
-    assert isinstance(solver, diffrax.Kvaerno5)
+    (run,) = told.value.args
+    assert (run.t_end, run.sample_rate, run.rtol, run.atol) == (2.0, 500.0, 1e-5, 1e-8)
+    assert isinstance(run.solver, diffrax.Kvaerno5)
 
 
 def test_tuned_damper_as_published(tmp_path, capsys):

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from .. import integrators
@@ -49,6 +50,17 @@ class Settings(TypedDict, total=False):
     adjoint: "diffrax.AbstractAdjoint | None"
 
 
+def _plain(check: Check) -> Check:
+    """Of what makes another program: a number that is known, as a float."""
+
+    def plain(value: Any, place: str) -> float:
+        if isinstance(value, Tracer):
+            raise InputError(f"{place} sets what is compiled, so it must be a plain number")
+        return float(check(value, place))
+
+    return plain
+
+
 def _checked(check: Check, default: Any = None) -> Any:
     """Of a field that may hold what is traced."""
     return dataclasses.field(default=default, metadata=dict(check=check))
@@ -82,15 +94,15 @@ class Simulation(Part):
     Raises `InputError` for a value that cannot be.
     """
 
-    t_end: float = option(positive("s"))
-    sample_rate: float = option(positive("Hz"))
+    t_end: float = option(_plain(positive("s")))
+    sample_rate: float = option(_plain(positive("Hz")))
     initial: Initial | State = _checked(a_start, "static")
     speed: Float[Array, ""] | float | None = _checked(number("rad/s"))
     solver: "diffrax.AbstractSolver[Any] | None" = _checked(a_solver)
     step: Plan | float | None = _checked(either(Plan, positive("s")))
-    tolerance: float | None = option(number(above=0.0, below=1.0), default=None)
-    rtol: float | None = option(number(above=0.0, below=1.0), default=None)
-    atol: float | None = option(positive(), default=None)
+    tolerance: float | None = option(_plain(number(above=0.0, below=1.0)), default=None)
+    rtol: float | None = option(_plain(number(above=0.0, below=1.0)), default=None)
+    atol: float | None = option(_plain(positive()), default=None)
     adjoint: "diffrax.AbstractAdjoint | None" = None
 
     def check(self, machine: Machine) -> Float[Array, ""]:
