@@ -2,6 +2,7 @@
 
 from typing import Any, Literal, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +13,6 @@ from ..core.arguments import numbers, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
-from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from .crossing import crossings
 from .eigen import eigensystem
@@ -170,7 +170,7 @@ def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Foun
     return _Found(jnp.array(values), jnp.stack(shapes, 1) if shapes else jnp.zeros((n, 0), complex))
 
 
-@quickly_compiled
+@eqx.filter_jit
 def _met(machine: Machine, near: Array, k: Array, order, at) -> Array:
     """Newton's step, which carries the derivatives: the search is not differentiated."""
 
@@ -223,7 +223,7 @@ def _wanted(kind: str, sense: float, whirl: Whirl) -> bool:
     return kind == "lateral" and (sense if whirl == "forward" else -sense) > STRAIGHT
 
 
-@quickly_compiled
+@eqx.filter_jit
 def _crossed(machine: Machine, near: Array, order, at) -> Array:
     """Newton's step on Im lambda(speed) = order speed."""
 

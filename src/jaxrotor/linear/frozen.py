@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
-from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from .linearise import LinearModel, linearize
 from .modes import shares_of, whirl_form, whirl_of
@@ -55,7 +54,7 @@ class Matrices(eqx.Module):
         )
 
 
-@quickly_compiled
+@eqx.filter_jit
 def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
     """With the stiffness at rest, and the gyroscopic moments in proportion to the speed."""
     # one program for all speeds, one after the other: batched LAPACK calls side by side can deadlock
@@ -72,13 +71,13 @@ def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
     )
 
 
-@quickly_compiled
+@eqx.filter_jit
 def at_rest(machine: Machine, order: Array, at: Any) -> Frozen:
     """The undamped machine with its matrices at rest."""
     return solved(matrices_at_rest(machine, at), order)
 
 
-@quickly_compiled
+@eqx.filter_jit
 def at_speed(machine: Machine, speed: Array, order: Array, at: Any) -> Frozen:
     """With stiffness and skew damping as they are at `speed` (rad/s, positive)."""
     model = linearize(machine, speed, at)

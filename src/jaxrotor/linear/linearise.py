@@ -15,7 +15,6 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import require_x64
-from ..core.quick import quickly_compiled
 from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.layout import lay_out
@@ -162,7 +161,7 @@ def linearize(
     return linearize_checked(machine, jnp.asarray(speed, float), at)
 
 
-@quickly_compiled
+@eqx.filter_jit
 def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     """`linearize` of what has been checked: for loops over speeds."""
     system = assemble(machine, nominal=True)

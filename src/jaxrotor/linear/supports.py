@@ -12,7 +12,6 @@ from ..core.arguments import names, numbers, whole
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.quick import quickly_compiled
 from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.machine import Machine
@@ -99,7 +98,7 @@ def _lateral(
     return rest.part(rows), held
 
 
-@quickly_compiled
+@eqx.filter_jit
 def _supported(rest: Matrices, held, k) -> Frozen:
     supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * jnp.diag(held))
     return solved(supported, jnp.ones(()))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +12,6 @@ from jaxtyping import Array, Float
 from ..core.arguments import number, numbers, whole
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize
@@ -41,7 +41,7 @@ def stability_threshold(
     return _threshold(machine, jnp.asarray(low + s * (high - low)), at)
 
 
-@quickly_compiled
+@eqx.filter_jit
 def _least_damped(machine: Machine, speeds: Array, at) -> Array:
     return jax.lax.map(lambda w: _growth(machine, w, at), speeds)
 
@@ -53,7 +53,7 @@ def _growth(machine: Machine, speed, at) -> Array:
     return jnp.max(jnp.where(oscillating, values.real, -jnp.inf))
 
 
-@quickly_compiled
+@eqx.filter_jit
 def _threshold(machine: Machine, start, at) -> Array:
     return root(lambda m, speed: _growth(m, speed, at), machine, start, 15)
 
