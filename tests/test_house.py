@@ -62,8 +62,16 @@ def test_the_face_can_be_read():
     # a class has one name alone, and one that stands lower tells where
     with pytest.raises(AttributeError, match=r"it is jr\.sensors\.Twist"):
         jr.Twist  # noqa: B018
-    with pytest.raises(AttributeError, match="No jaxrotor attribute Rotar$"):
-        jr.Rotar  # noqa: B018
+    for wrong, meant in (
+        ("Rotar", "did you mean jr.Rotor?"),
+        ("Steel", "did you mean jr.STEEL?"),
+        ("Disk", "see jr.Rotor"),
+        ("Twista", "did you mean jr.sensors.Twist?"),
+        ("Quux", "attribute Quux"),
+    ):
+        with pytest.raises(AttributeError) as told:
+            getattr(jr, wrong)
+        assert str(told.value).endswith(meant)
     assert jr.__version__.count(".") == 2
 
 

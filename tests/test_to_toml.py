@@ -174,6 +174,22 @@ value = { kind = "Step", time = "0.02 s", after = "20 N" }
     )
 
 
+def test_supports_at_the_inner_stations_of_a_shaft(tmp_path):
+    support = jr.LinearSupport((5e7, 5e7, 1e6, 0, 0, 0))
+    machine = jr.Machine.in_line(
+        {
+            "motor": jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
+            "shaft": jr.FiniteElementShaft((0.1, 0.7, 0.4), 0.06, elements=3),
+            "fan": jr.Rotor(40.0, 2.4, 1.2),
+        },
+        attachments={"left": (support, "shaft.3"), "right": (support, "shaft.6")},
+    )
+    assert_equal(read_back(machine, tmp_path), machine)
+    (tmp_path / "wrong.toml").write_text(machine.to_toml().replace('"shaft.6"', '"shaft.9"'))
+    with pytest.raises(jr.InputError, match=r'at names no station "shaft.9".*shaft.8'):
+        jr.load(tmp_path / "wrong.toml", run=False)
+
+
 def test_what_is_no_plain_line_is_written_with_its_joints():
     """Attachments before the end of the line, a shaft at another port, a line wired from right to left."""
     line = small()

@@ -32,12 +32,28 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"{error}{place}", name=name) from None
 
 
+# Words of other programs.
+_OTHERS = {
+    "disc": "Rotor", "disk": "Rotor", "bearing": "LinearSupport, RadialBearing or SelfAligningBearing",
+    "ballbearing": "RollingBearing or LinearSupport", "motor": "PrescribedSpin or InductionMotor",
+    "gear": "GearMesh", "seal": "SpeedDependentSupport",
+}  # fmt: skip
+
+
 def _place_of(name: str) -> str:
-    """Where a name stands that is not here."""
+    """Where a name stands that is not here, or what it might mean."""
+    import difflib
     from types import ModuleType
 
+    rooms = {}
     for room in __all__:
         module = _attached(room) if room.islower() else None
-        if isinstance(module, ModuleType) and name in module.__all__:
-            return f": it is jr.{room}.{name}"
-    return ""
+        if isinstance(module, ModuleType):
+            rooms |= {one: f"{room}.{one}" for one in module.__all__}
+    if name in rooms:
+        return f": it is jr.{rooms[name]}"
+    if name.lower() in _OTHERS:
+        return f": see jr.{_OTHERS[name.lower()]}"
+    known = {one.lower(): place for one, place in (rooms | {n: n for n in __all__}).items()}
+    close = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.75)
+    return f": did you mean jr.{known[close[0]]}?" if close else ""

@@ -49,7 +49,25 @@ def _signature(cls: type) -> inspect.Signature:
     return inspect.signature(cls)
 
 
+def _told(field: dataclasses.Field) -> str:
+    """A parameter with its unit and, where it is no single number, its shape."""
+    facts = field.metadata
+    unit = ", ".join(facts["units"]) or facts["unit"] or "pure number"
+    shapes = [shape for shape in facts["shapes"] if shape]
+    sizes = " or ".join("x".join("n" if k is None else str(k) for k in shape) for shape in shapes)
+    return f"`{field.name}` [{unit}]" + (f" ({sizes})" if sizes else "")
+
+
 class _Gated(type(eqx.Module)):
+    def __init__(cls, *args: Any, **kwargs: Any):  # noqa: N805
+        """`help` tells the units of all physical parameters: they stand in their declarations."""
+        super().__init__(*args, **kwargs)
+        kind: Any = cls
+        declared = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+        told = [_told(field) for field in declared if "unit" in field.metadata]
+        if told and cls.__doc__:
+            cls.__doc__ = f"{inspect.cleandoc(cls.__doc__)}\n\nParameters, SI: {', '.join(told)}."
+
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:  # noqa: N805
         if inspect.isabstract(cls):
             return super().__call__(*args, **kwargs)  # which refuses it

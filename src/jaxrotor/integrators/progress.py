@@ -18,6 +18,8 @@ from tqdm import tqdm
 _TWO_SECONDS = 160_000
 # Parts of a run, each of which is handed over when it is done.
 PARTS = 200
+# Seconds of compiling that go without a word.
+_COMPILING = 3.0
 # Seconds between two looks at a bar, and between two lines.
 _BAR, _LINE = 0.5, 10.0
 
@@ -100,7 +102,13 @@ def progress_bar(
     global _under_way, _ended
     lasts = steps is None or steps > _TWO_SECONDS
     if not (wanted or lasts):
-        yield None
+        # the run is short, but what it is compiled from may not be
+        silent = None if wanted is False else _Progress(samples, _COMPILING)
+        try:
+            yield None
+        finally:
+            if silent is not None:
+                silent.close()
         return
     wait = None if wanted is False else 2.0 if steps is None and not wanted else 0.0
     _under_way, _ended = _Progress(samples, wait), False

@@ -114,7 +114,8 @@ class Machine(Part):
                 ):
                     raise InputError(
                         f"`{name}`: an elastic element must stand between two stations: put a "
-                        "rotor, a bearing or a driven end on either side"
+                        "rotor, a SelfAligningBearing or a driven end on either side; a support goes into "
+                        "attachments={...}"
                     )
                 before, after = elements[names[i - 1]], elements[names[i + 1]]
                 connections[name] = (

@@ -4,7 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import InputError
-from ..core.protocol import AbstractAttachment, AbstractConnector, AbstractElement, AbstractStation
+from ..core.protocol import (
+    AbstractAttachment,
+    AbstractConnector,
+    AbstractElement,
+    AbstractStation,
+    Composite,
+)
 from ..core.units import read, shown
 from ..machine.machine import Machine
 from .build import FAILED, Context, build_element
@@ -143,6 +149,10 @@ class MachineReader:
             # what is not known, or misplaced, may well be meant as a station: no second sentence
             if cls is None or misplaced or issubclass(cls, AbstractStation):
                 self.stations.append(name)
+            elif issubclass(cls, Composite):
+                # of one that could not be built nobody knows how many it makes: any will do
+                inner = range(0) if element is FAILED else range(element.inner)
+                self.stations += [f"{name}.{k + 1}" for k in inner] or [name]
 
     def _at(self, place: str, at: Any, key: str = "at") -> Any:
         """A station's name, or two; a port such as `main.mass_centre` counts as its station."""
@@ -152,7 +162,7 @@ class MachineReader:
             self.faults.add(place, f'{key} is missing: write {key} = "..." with a station\'s name')
         elif not isinstance(at, str):
             self.faults.add(place, f"{key} must be a station's name, but is {shown(at)}: quote it")
-        elif at.partition(".")[0] not in self.stations:
+        elif at not in self.stations and at.partition(".")[0] not in self.stations:
             self.faults.add(place, f'{key} names no station "{at}"{guess(at, self.stations)}')
         return at
 

@@ -34,7 +34,10 @@ _SECTIONS = (
 )
 
 
-_NO_SIMULATION = "simulation: is missing: write [simulation] with t_end and sample_rate"
+_NO_SIMULATION = (
+    "simulation: is missing: write [simulation] with t_end and sample_rate (for the machine alone, "
+    "jr.load(path, run=False) does without)"
+)
 
 
 @shows(without=("figures", "identify", "optimize", "sweep"))

@@ -11,10 +11,13 @@ from ...profiles.motion import AbstractMotion
 
 
 class PrescribedSpin(AbstractPrescribed, Timed):
-    """A driven end in a thrust bearing: it spins as `profile` says, all else stays at zero.
+    """A driven end that spins as `profile` says and is clamped otherwise: x, y, z, psi and theta stay zero,
+    so it carries weight and bending moment. A shaft end that is driven but free to whirl is a `Node()` with
+    `prescribed={"end": {"phi": profile}}` of the `Machine` (and `fixed={"end": ["z"]}` where nothing else
+    holds it along z), or has a `Coupling` between.
 
-    `angle` (rad) is phi at the profile's zero. The drive's torque and power are the station's
-    `reaction` in the results.
+    `profile`: a motion over the angle, such as `CosineRamp` (speeds in rad/s). `angle` (rad) is phi at the
+    profile's zero. The drive's torque and power are the station's `reaction` in the results.
     """
 
     profile: AbstractMotion
