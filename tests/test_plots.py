@@ -48,6 +48,24 @@ def run():
     return at_instants(machine, q, v, t)
 
 
+def test_a_support_is_a_bearing(run):
+    """Its force on the base is stiffness times displacement, by hand."""
+    machine = jr.Machine.in_line(
+        {"disc": jr.Rotor(2.0, 0.02, 0.01)},
+        {"springs": (jr.LinearSupport((2e4, 3e4, 1e4, 9.0, 9.0, 1.0)), "disc")},
+    )
+    t = np.arange(400) / RATE
+    q, v = np.zeros((t.size, 1, 6)), np.zeros((t.size, 1, 6))
+    q[:, 0, 0], v[:, 0, 5] = 1e-3 * np.sin(100 * t), 100.0
+    drawn = at_instants(machine, q, v, t).plot.bearing_forces()
+    force = plot.forces._on_base(at_instants(machine, q, v, t), "springs")[0]
+    np.testing.assert_allclose(force[:, 0], 20.0 * np.sin(100 * t), atol=1e-9)
+    assert "springs" in drawn[0, 0].get_title(loc="left")
+    with pytest.raises(jr.InputError, match="`disc`: is a station that bears nothing"):
+        at_instants(machine, q, v, t).plot.bearing_forces("disc")
+    plt.close("all")
+
+
 def figures():
     return set(plt.get_fignums())
 

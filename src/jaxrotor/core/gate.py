@@ -100,7 +100,7 @@ def bound(place: str, signature: inspect.Signature, args: tuple, kwargs: dict):
     try:
         return signature.bind(*args, **kwargs)
     except TypeError as error:
-        known = [name for name in signature.parameters if name != "self"]
+        known = [name for name in signature.parameters if name not in ("self", "cls")]
         for name in kwargs:
             if name not in known:
                 guess = nearest(name, known) or f"; known: {', '.join(known) or 'none'}"

@@ -1,31 +1,47 @@
 """Forces on the bearings."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from ..simulation.response import Response
+from ..core.errors import InputError
+from ..simulation.response import Response, StationResponse
 from . import select
 from .style import COLOURS, Given, band, figure, label, legend
+
+
+def _on_base(response: Response, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Force (nt, 3), N, and the speed of what it bears (nt,), rad/s."""
+    part = response[name]
+    if isinstance(part, StationResponse):
+        if "bearing_force" not in part.signals():
+            raise InputError(
+                f"`{name}`: is a station that bears nothing: name a bearing or a support"
+            )
+        return np.asarray(part.bearing_force), np.asarray(part.speed)  # pyright: ignore
+    wiring = response.lineup.wiring
+    station = wiring.stations[wiring.ends[wiring.connectors.index(name)][0][0]]
+    borne: Any = response[station]
+    return -np.asarray(part.forces)[:, 0, :3], np.asarray(borne.speed)
 
 
 def bearing_forces(
     response: Response, bearings: str | Sequence[str] | None = None, ax: Given | None = None
 ) -> np.ndarray:
     """Force of each bearing on its base over time, its size over speed, its path in the passage: a row for
-    each of the `bearings`, by default all."""
-    usual = select.with_signal(response.machine, "bearing_force")
-    bearings = select.named(bearings, usual, "bearings")
+    each of the `bearings` (stations that bear, or supports), by default all. Raises `InputError` where there
+    are none, or one is none."""
+    bearings = select.named(bearings, select.bearings(response.machine), "bearings")
     t = np.asarray(response.t)
     _, axes = figure(len(bearings), 3, (14, 3.9 * len(bearings)), ax)
     for row, name in zip(axes, bearings):
-        force = np.asarray(response[name].bearing_force)
+        force, speed = _on_base(response, name)
         size = np.hypot(force[:, 0], force[:, 1])
         for i, axis in enumerate("xy"):
             band(row[0], t, force[:, i], COLOURS[i], f"F{axis}")
         label(row[0], "time, s", "force, N", f"`{name}`: force on the base")
         legend(row[0], loc="upper right")
-        speed = np.asarray(response[name].speed)
         row[1].plot(speed, size, color=COLOURS[2], linewidth=0.5, alpha=0.8)
         row[1].set_ylim(bottom=0)
         label(row[1], "speed, rad/s", "|F|, N", "Its size over speed")

@@ -8,6 +8,11 @@ from jaxtyping import Array
 
 from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
+from ..elements.bearings.journal import AbstractFilm
+from ..elements.bearings.law_support import LawSupport
+from ..elements.bearings.radial import RadialBearing
+from ..elements.bearings.rolling import RollingBearing
+from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.rotor import Rotor
 from ..machine.lineup import structure_of
@@ -67,6 +72,23 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
         for name, element in machine.elements().items()
         if isinstance(element, kind) and signal in getattr(element, "signals", {})
     ]
+
+
+# Attachments that carry a rotor against the ground.
+_SUPPORTS = (
+    AbstractFilm,
+    LawSupport,
+    LinearSupport,
+    RadialBearing,
+    RollingBearing,
+    SpeedDependentSupport,
+)
+
+
+def bearings(machine: Machine) -> list[str]:
+    """Stations that bear the line, and supports."""
+    found = with_signal(machine, "bearing_force")
+    return found + [n for n, e in machine.elements().items() if isinstance(e, _SUPPORTS)]
 
 
 def passage(response: Response, name: str) -> int:

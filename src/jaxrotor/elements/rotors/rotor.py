@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...core.gate import takes
 from ...core.kinematics import Vector, dot, from_tilted, rotation
 from ...core.parameter import parameter
 from ...core.part import Part
@@ -59,6 +60,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
     ports: ClassVar[tuple[str, ...]] = ("mass_centre", "left", "right")
 
     @classmethod
+    @takes(unbalance=None, imperfection=None)
     def from_dimensions(
         cls,
         diameter: Any,
