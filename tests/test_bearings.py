@@ -548,7 +548,7 @@ at = "disc"
 gap = "1 mm"
 stiffness = "1e6 N/m"
 radius = "50 mm"
-damping = "0.2 s/m"
+hysteresis = "0.2 s/m"
 [simulation]
 t_end = "0.05 s"
 sample_rate = "2 kHz"

@@ -582,7 +582,7 @@ def test_study_files(tmp_path):
             "flaw.width must be positive, but is 0 rad",
         ),
         (jr.elements.Asymmetry(1.0), {}, "ratio must lie between -1 and 1, .*, but is 1"),
-        ((), {}, "parts must hold one flaw at least, but is empty"),
+        ((), {}, "parts must hold one defect at least, but is empty"),
         (jr.Unbalance(), {}, "flaw must be made by Bow, Kink, .*, but is Unbalance"),
         ((jr.elements.Bow(1e-4), 3.0), {}, "flaw.parts.1 must be made by .*, but is 3.0"),
     ],
