@@ -9,6 +9,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite
 from ..elements.bearings.self_aligning import SelfAligningBearing
 from ..elements.rotors.body import RigidBody
+from ..elements.rotors.node import Node
 from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
 from .style import COLOURS, GREY, Given, figure
@@ -207,6 +208,10 @@ def _draw_station(ax, station, z, y, tall, thin) -> float:
         if unbalance is not None and float(np.asarray(unbalance.eccentricity)) > 0:
             ax.add_patch(Circle((z, y + 0.82 * radius), 0.05 * tall, color=COLOURS[1], zorder=5))
         return radius
+    if isinstance(station, Node):  # a place on the shaft, without a body
+        mark = Circle((z, y), 0.035 * tall, facecolor="white", edgecolor="black", lw=1.0, zorder=5)
+        ax.add_patch(mark)
+        return 0.1 * tall
     if isinstance(station, AbstractPrescribed):
         size = 0.45 * tall
         ax.add_patch(
