@@ -14,7 +14,9 @@ from .gate import bound, by_hint
 from .readable import one_line
 
 
-def option(check: Check | None = None, metadata: dict | None = None, **kwargs: Any) -> Any:
+def option(
+    check: Check | None = None, metadata: dict[str, Any] | None = None, **kwargs: Any
+) -> Any:
     """A field that is a choice, not a physical parameter: a count, a name, true or false. Another value of
     it is another program. `check`: what it must be (left out: what its type hint says)."""
     return eqx.field(static=True, metadata=dict(check=check) | (metadata or {}), **kwargs)
