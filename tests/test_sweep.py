@@ -15,7 +15,7 @@ import jaxrotor as jr
 from jaxrotor.sweeps import batch
 from jaxrotor.sweeps.batch import placed, shares_linear
 from jaxrotor.sweeps.function import batched
-from jaxrotor.sweeps.sweep import set_up
+from jaxrotor.sweeps.sweep import asked, set_up
 
 RUN = dict(t_end=0.06, sample_rate=1000.0, initial="undeformed")
 TRACES = []
@@ -252,6 +252,20 @@ def test_a_state_brings_the_speed_that_is_planned_for():
     setup, steps = set_up(machine, cases, outputs, jr.Simulation(0.05, 200.0, state))
     assert np.all(steps >= 400.0 / 200.0 / 0.26)
     assert float(setup.run.linearised_at) == pytest.approx(200.0)
+
+
+def test_the_rows_speed_counts_not_the_machines_own():
+    """A drive that stands still, whose speed is what is swept: each row can whirl steadily."""
+    still = disc_on_a_shaft().set({"load.value.after": 0.0})
+    parts = still.elements() | {"motor": jr.PrescribedSpin(jr.ConstantSpeed(0.0))}
+    line = {name: parts[name] for name in ("disc", "shaft", "motor")}
+    cases = {"motor.profile.speed": [80.0, 120.0]}
+    outputs = {"peak": jr.objectives.PeakValue(jr.sensors.Radial("disc"))}
+    how = jr.Simulation(0.05, 1000.0, "steady")
+    setup, _ = asked(jr.Machine.in_line(line), cases, outputs, how)
+    assert setup.run.count == 51
+    with pytest.raises(jr.InputError, match='"steady" needs a speed other than 0 rad/s'):
+        asked(jr.Machine.in_line(line), {"motor.profile.speed": [0.0, 120.0]}, outputs, how)
 
 
 # Kinds of machines

@@ -10,6 +10,7 @@ from ..core.errors import InputError
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..search.instrumented import Instrumented
+from ..simulation.checks import initial_speed
 from ..simulation.equilibrium import refuse_unbalanced
 from ..simulation.simulation import Simulation
 from ..simulation.start import start
@@ -36,9 +37,9 @@ def check_cases(machine: Machine, cases: Cases) -> None:
 
 
 def check_start(first: Machine, simulation: Simulation) -> None:
-    """As `simulate` does, with the first machine."""
-    speed = simulation.check(first)
+    """As `simulate` does, with the first machine, which `simulation` has been checked for."""
     if simulation.start == "static":
+        speed = initial_speed(first, simulation.initial, simulation.speed)
         refuse_unbalanced(first, _unbalanced(first, speed))
 
 

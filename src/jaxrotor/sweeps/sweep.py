@@ -18,7 +18,7 @@ from ..core.errors import InputError, StoreError
 from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..machine.machine import Machine
-from ..simulation.checks import sample_count
+from ..simulation.checks import check_machine, sample_count
 from ..simulation.plan import Plan
 from ..simulation.run_setup import set_up as run_setup
 from ..simulation.simulation import Settings, Simulation, as_simulation
@@ -128,7 +128,7 @@ def asked(
     machine: Machine, parameters: Any, outputs: Mapping[str, Any], simulation: Simulation
 ) -> tuple[Setup, Cases]:
     """The arguments of `sweep`, judged as far as they can be before anything runs; raises `InputError`."""
-    simulation.check(machine)
+    check_machine(machine)
     cases = as_cases(parameters)
     wanted = with_units(checked(outputs), machine)
     check_names(wanted, cases)
