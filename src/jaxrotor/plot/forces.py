@@ -6,24 +6,23 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
-from ..simulation.response import Response, StationResponse
+from ..sensors.quantities import force_on_base
+from ..simulation.response import Response
 from . import select
 from .style import COLOURS, Given, band, figure, label, legend
 
 
 def _on_base(response: Response, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Force (nt, 3), N, and the speed of what it bears (nt,), rad/s."""
-    part = response[name]
-    if isinstance(part, StationResponse):
-        if "bearing_force" not in part.signals():
-            raise InputError(
-                f"`{name}`: is a station that bears nothing: name a bearing or a support"
-            )
-        return np.asarray(part.bearing_force), np.asarray(part.speed)  # pyright: ignore
-    wiring = response.lineup.wiring
-    station = wiring.stations[wiring.ends[wiring.connectors.index(name)][0][0]]
+    force, wiring = force_on_base(response, name), response.lineup.wiring
+    if force is None:
+        kind = "station" if name in wiring.stations else "part"
+        raise InputError(f"`{name}`: is a {kind} that bears nothing: name a bearing or a support")
+    station = name
+    if name in wiring.connectors:
+        station = wiring.stations[wiring.ends[wiring.connectors.index(name)][0][0]]
     borne: Any = response[station]
-    return -np.asarray(part.forces)[:, 0, :3], np.asarray(borne.speed)
+    return np.asarray(force), np.asarray(borne.speed)
 
 
 def bearing_forces(

@@ -132,6 +132,16 @@ class Signal(AbstractSensor):
         return found
 
 
+def force_on_base(response: Response, element: str) -> Float[Array, "nt 3"] | None:
+    """What a bearing, or an attachment at its first station, puts upon the ground, N; `None` of all else."""
+    part = response[element]
+    if "bearing_force" in part.signals():
+        return part.bearing_force  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(part, ConnectorResponse) and isinstance(part._element, AbstractAttachment):
+        return -part.forces[:, 0, :3]
+    return None
+
+
 class BearingForce(AbstractSensor):
     """Magnitude of the force across the axis that a bearing or a support carries, N, smoothed by 1e-6 N
     at zero.
@@ -144,12 +154,8 @@ class BearingForce(AbstractSensor):
     unit: ClassVar[str] = "N"
 
     def signal(self, response: Response) -> Float[Array, " nt"]:
-        part = response[self.element]
-        if "bearing_force" in part.signals():
-            force = part.bearing_force  # pyright: ignore[reportAttributeAccessIssue]
-        elif isinstance(part, ConnectorResponse) and isinstance(part._element, AbstractAttachment):
-            force = part.forces[:, 0]
-        else:
+        force = force_on_base(response, self.element)
+        if force is None:
             raise InputError(
                 f"`{self.element}`: is no bearing: name a SelfAligningBearing or a support"
             )

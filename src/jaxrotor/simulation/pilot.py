@@ -79,9 +79,8 @@ def find_plan(
             "sample_rate)` before, and pass `step=plan` to `simulate`"
         )
     machine.check()
-    machine = in_numbers(machine)
+    given, machine = prescribed_until(machine, t_end), in_numbers(machine)
     interval = 1.0 / sample_rate
-    given = prescribed_until(machine, t_end)
     when, top = fastest(given, t_end, speed)
     substeps = fewest(max(top, float(given.frequency)), interval)
     instants = jnp.asarray(_instants(machine, given, when, t_end))

@@ -146,10 +146,12 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
         )
         response, checks = _run(machine, simulation, speed, plan, info, progress)
         concrete = is_concrete(response.y) and _is_known(machine, simulation, speed)
-        if concrete and unresolved(machine, plan, simulation.t_end, interval):
+        # a plan that was chosen follows all that is given in time; one of the user's own may not
+        own = simulation.step is not None
+        if concrete and own and unresolved(machine, plan, simulation.t_end, interval):
             error = jnp.maximum(response.info.error, 1.0)
             response = eqx.tree_at(lambda r: r.info.error, response, error)
-        if not concrete or simulation.step is not None or turn == _PLANS - 1:
+        if not concrete or own or turn == _PLANS - 1:
             break
         faster = speed_beyond(response, plan.top_speed)
         error = float(numbers(response.info.error))
