@@ -7,8 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 from jaxrotor.integrators import fitted
-from jaxrotor.integrators.fitted import History, Ladder, begin, rebased, run_blocks, step
+from jaxrotor.integrators.blocks import blocks_of
+from jaxrotor.integrators.fitted import Method, run_through
 from jaxrotor.integrators.fitted_weights import first_steps, fitted_weights, turn_of
+from jaxrotor.integrators.ladder import ladder_of
 from jaxrotor.integrators.phi import phi_functions, turning_powers
 
 OMEGA = 3.0  # rad/s
@@ -146,72 +148,84 @@ def field(t, y):
     return rate + linear(speed(t, y)) @ off + bent + 0.3 * (jnp.sin(y) - jnp.sin(want))
 
 
-def largest_errors(order):
-    """At three steps, each half the one before, over two seconds and eleven linearisations."""
-    speeds = jnp.linspace(0.0, 8.0, 11)
+def run(
+    f,
+    speeds,
+    h,
+    intervals,
+    order,
+    y0,
+    substeps=1,
+    jumps=(),
+    ticks=None,
+    length=10,
+    method=Method(),
+    **more,
+):
+    """`h`: s, of an interval."""
+    blocks = blocks_of(h, intervals, substeps, order, jnp.asarray(jumps, float), ticks, length)
     A = jax.vmap(linear)(speeds)
+    of_parts = 4.0 * blocks.starts
+    ladder = ladder_of(speeds, A, jnp.asarray(h / substeps), order, 0, blocks, of_parts)
+    return run_through(f, ladder, blocks, speed, y0, method, **more)
 
-    def one(h, blocks):
-        ladder = Ladder.of(speeds, A, h, order)
-        first, history = begin(field, ladder, jnp.zeros(()), motion(0.0)[0])
-        ys, _ = run_blocks(field, ladder, speed, (order - 1) * h, blocks, 10, first[-1], history)
-        ys = jnp.concatenate([first, ys])
-        t = h * (1 + jnp.arange(ys.shape[0]))
+
+def largest_errors(order, evaluations=1):
+    """At three steps, each half the one before, over two seconds and eleven linearisations."""
+
+    def one(n):
+        h = 2.0 / (10 * n)
+        speeds = jnp.linspace(0.0, 8.0, 11)
+        method = Method(evaluations)
+        ys = run(field, speeds, h, 10 * n, order, motion(0.0)[0], method=method).kept
+        t = h * jnp.arange(ys.shape[0])
         return jnp.max(jnp.abs(ys - jax.vmap(motion)(t)[0]))
 
-    one = jax.jit(one, static_argnums=1)
-    return np.array([one(jnp.asarray(2.0 / (10 * n)), n) for n in (5, 10, 20)])
+    one = jax.jit(one, static_argnums=0)
+    return np.array([one(n) for n in (5, 10, 20)])
 
 
-@pytest.mark.parametrize("order", [4, 6])
-def test_order_over_changes_of_the_linearisation(order):
+@pytest.mark.parametrize("order, evaluations", [(4, 1), (6, 1), (6, 2)])
+def test_order_over_changes_of_the_linearisation(order, evaluations):
     """The correction's, one above the number of past values, or a little less where steps are long."""
-    found = largest_errors(order)
+    found = largest_errors(order, evaluations)
     assert np.all(np.log2(found[:-1] / found[1:]) > order + 0.3), found
     assert found[-1] < {4: 1e-6, 6: 1e-9}[order]
 
 
 def test_a_history_of_another_linearisation_would_spoil_it(monkeypatch):
     """That the test above sees whether a history is rebased."""
-    monkeypatch.setattr(fitted, "rebased", lambda history, A_from, A_to: history)
+    monkeypatch.setattr(fitted, "_rebased", lambda N, states, change: N)
     found = largest_errors(4)
     assert np.all(np.log2(found[:-1] / found[1:]) < 2), found
 
 
-def test_rebased():
-    rng = np.random.default_rng(0)
-    states, f = rng.standard_normal((2, 4, 3))
-    here, there = np.asarray(linear(0.8)), np.asarray(linear(1.6))
-    history = History(jnp.asarray(f - states @ here.T)[:, 1:], jnp.asarray(states))
-    moved = rebased(history, jnp.asarray(here), jnp.asarray(there))
-    np.testing.assert_allclose(moved.N, (f - states @ there.T)[:, 1:], atol=1e-11)
-
-
 def test_what_is_remembered_is_N_at_the_corrected_state():
-    """Where the field is linear and A goes with the speed evenly, that is known."""
-    rng = np.random.default_rng(1)
-    speeds = jnp.array([0.0, 3.0, 8.0])
-    ladder = Ladder.of(speeds, jax.vmap(linear)(speeds), jnp.asarray(0.05), 4)
-    A, weights, follow = ladder.at(1, jnp.asarray(4.2))
-    y, N = jnp.asarray(rng.standard_normal(3)), jnp.asarray(rng.standard_normal((4, 3)))
-    here = linear(4.2)
-    y1, moved, gap = step(lambda t, y: here @ y, A, weights, 0.05, y, N, follow)
-    assert np.abs(gap).max() > 0.1
-    np.testing.assert_allclose(moved[0], (here - A) @ y1, atol=1e-12)
-    np.testing.assert_array_equal(moved[1:], N[:-1])
+    """Where the field is linear and A goes with the speed evenly, one evaluation in a step is as good as many:
+    a second one finds no gap more."""
+    speeds, y0 = jnp.array([2.0, 6.0]), jnp.array([0.3, -0.2, 0.1])
+    ladder = ladder_of(speeds, jax.vmap(linear)(speeds), jnp.asarray(0.05), 4, 0)
+    weights = ladder.weights(0, -1, -2, jnp.asarray(4.2))
+    follow = ladder.follow(0, 0, -1, jnp.asarray(4.2), weights)
+    A = linear(2.0)
+    gap = jnp.array([0.4, -0.1, 0.2])
+    before, after = y0, y0 + weights.correct @ gap
+    grown = (linear(4.2) - A) @ (after - before)
+    np.testing.assert_allclose(follow @ gap, grown, atol=1e-12)
+    assert np.abs(grown).max() > 1e-3
 
 
 def test_weights_for_many_speeds_are_mixed_from_those_of_one():
     """On one linearisation: those for a speed beside its own are nearly what that speed's own would be."""
     A, h = linear(2.0)[None], jnp.asarray(0.1)
-    at = jnp.array([5.0])
-    ladder = Ladder.of(at, A, h, 5, speeds=jnp.array([4.0, 5.0, 6.0]))
-    np.testing.assert_array_equal(ladder.of_A, [0, 0, 0])
-    for i, turn in enumerate((0.4, 0.5, 0.6)):
+    ladder = ladder_of(jnp.array([5.0]), A, h, 5, 0)
+    off = fitted_weights(A[0], h, jnp.asarray(0.5), 5)
+    turns = np.asarray(ladder.turns[0])
+    for turn in (turns[4], turns[11]):
         own = fitted_weights(A[0], h, jnp.asarray(turn), 5)
-        off = fitted_weights(A[0], h, jnp.asarray(0.5), 5)
-        apart = np.abs(ladder.weights.predict[i] - own.predict).max()
-        assert apart < (1e-14 if i == 1 else 0.1 * np.abs(off.predict - own.predict).max())
+        mixed = ladder.weights(0, -1, -2, jnp.asarray(turn / 0.1))
+        apart = np.abs(mixed.predict - own.predict).max()
+        assert apart < 0.1 * np.abs(off.predict - own.predict).max()
 
 
 def test_first_steps_end_where_regular_steps_know_regular_points():
@@ -226,33 +240,145 @@ def test_turn_is_bounded():
     np.testing.assert_allclose(found, [0.1, 2.0], rtol=1e-15)
 
 
-def test_reverse_gradient_by_blocks():
+def test_gradients_by_blocks():
     """Of the state at the end by start and stiffness, through the linearisations too, against central
     differences."""
 
-    @jax.jit
-    def end(x):
-        speeds = jnp.linspace(0.0, 8.0, 3)
-        A = jax.vmap(linear)(speeds) * x
-        ladder = Ladder.of(speeds, A, jnp.asarray(0.02), 4)
-
+    def end(x, method=Method()):
         def f(t, y):
             return field(t, y) + (x - 1) * linear(speed(t, y)) @ y
 
-        first, history = begin(f, ladder, jnp.zeros(()), x * jnp.array([0.1, 0.5, 0.0]))
-        ys, _ = run_blocks(f, ladder, speed, 0.06, 3, 8, first[-1], history)
-        return jnp.sum(ys[-1] * jnp.arange(1.0, 4.0))
+        speeds = jnp.linspace(0.0, 8.0, 3)
+        blocks = blocks_of(0.02, 28, 1, 4, jnp.zeros(0), None, 8)
+        A = jax.vmap(linear)(speeds) * x
+        ladder = ladder_of(speeds, A, jnp.asarray(0.02), 4, 0, blocks)
+        y0 = x * jnp.array([0.1, 0.5, 0.0])
+        return run_through(f, ladder, blocks, speed, y0, method).kept[-1] @ jnp.arange(1.0, 4.0)
 
-    step = 1e-5
-    central = (end(1 + step) - end(1 - step)) / (2 * step)
+    plain, step = jax.jit(end), 1e-5
+    central = (plain(1 + step) - plain(1 - step)) / (2 * step)
     np.testing.assert_allclose(jax.jit(jax.grad(end))(1.0), central, rtol=1e-6)
-    np.testing.assert_allclose(
-        jax.jit(lambda x: jax.jvp(end, (x,), (1.0,))[1])(1.0), central, rtol=1e-6
-    )
+    for method in (Method(), Method(lasting=True)):  # reverse mode knows the first alone
+        forward = jax.jit(lambda x: jax.jvp(lambda x: end(x, method), (x,), (1.0,))[1])
+        np.testing.assert_allclose(forward(1.0), central, rtol=1e-6)
 
 
-def test_a_block_holds_a_history():
-    ladder = Ladder.of(jnp.zeros(1), linear(0.0)[None], jnp.asarray(0.01), 4)
-    history = History(jnp.zeros((4, 3)), jnp.zeros((4, 3)))
-    with pytest.raises(ValueError, match="at least 4 steps long, but is 3"):
-        run_blocks(field, ladder, speed, 0.0, 1, 3, jnp.zeros(3), history)
+JUMP = 1 / np.sqrt(2)
+HISTORIES = {
+    "one": [JUMP],
+    "many": [0.08, JUMP, 0.05, -1.0, 0.5, 7.0, 0.0, 2.0],
+}
+
+
+def forced(t, y):
+    """y' = -y + s(t), where s jumps at an instant that no sample hits; beside it something stiff."""
+    return jnp.stack([-y[0] + jnp.where(t < JUMP, 0.0, jnp.cos(t)), -y[1], STIFF * (y[2] - y[0])])
+
+
+def exactly_forced(t):
+    after, start = (np.cos(t) + np.sin(t)) / 2, (np.cos(JUMP) + np.sin(JUMP)) / 2
+    return np.exp(-t) + (after - start * np.exp(JUMP - t)) * (t > JUMP)
+
+
+@pytest.mark.parametrize("order", [4, 6])
+def test_jump_off_the_grid_keeps_the_order(order):
+    """Several in one interval, outside, and at the ends too."""
+    t, y0, rest = np.linspace(0.0, 2.0, 21), jnp.array([1.0, 1.0, 1.0]), jnp.zeros(1)
+
+    def error(n, jumps):
+        found = jax.jit(lambda at: run(forced, rest, 0.1, 20, order, y0, n, at).kept)(
+            jnp.array(jumps)
+        )
+        assert np.isfinite(found).all()
+        return np.abs(np.asarray(found)[:, 0] - exactly_forced(t)).max()
+
+    for jumps in HISTORIES.values():
+        coarse, fine = error(2, jumps), error(4, jumps)
+        assert fine < 1e-8 and np.log2(coarse / fine) > min(order, 4) - 1.2
+    assert error(4, [0.3]) > 1e-4  # what happens to a run that is not told
+
+
+def test_derivative_by_the_instant_of_a_jump():
+    """y(2) by it: what acts there, decayed until then."""
+
+    def end(at):
+        def f(t, y):
+            return jnp.where(t < at, 0.0, 1.0) - y
+
+        speeds = jnp.zeros(1)
+        blocks = blocks_of(0.1, 20, 2, 6, at[None])
+        ladder = ladder_of(
+            speeds, -0.5 * jnp.eye(1)[None], jnp.asarray(0.05), 6, 0, blocks, blocks.starts
+        )
+        return run_through(f, ladder, blocks, speed, jnp.ones(1)).kept[-1, 0]
+
+    at = jnp.asarray(JUMP)
+    for found in (jax.jit(jax.grad(end))(at), jax.jit(jax.jacfwd(end))(at)):
+        np.testing.assert_allclose(found, -np.exp(JUMP - 2), rtol=1e-8)
+
+
+def test_ticks_change_the_state_and_it_starts_afresh():
+    """A held force is set every third interval to what the state is there."""
+    due = np.zeros((21, 1), bool)
+    due[::3] = True
+
+    def f(t, y):
+        return jnp.stack([-2.0 * y[0] + y[1], 0.0 * y[1], -y[2]])
+
+    def tick(t, y, now):
+        return y.at[1].set(jnp.where(now[0], jnp.sin(3 * t) - y[0], y[1]))
+
+    y0 = jnp.array([1.0, 0.0, 1.0])
+    found = jax.jit(lambda: run(f, jnp.zeros(1), 0.1, 20, 6, y0, 2, (), due, tick=tick).kept)()
+    want, held = 1.0, 0.0
+    for i, row in enumerate(np.asarray(found)):
+        if due[i, 0]:
+            held = np.sin(0.3 * i) - want
+        np.testing.assert_allclose(row[:2], [want, held], atol=1e-7)
+        want = held / 2 + (want - held / 2) * np.exp(-0.2)
+
+
+@pytest.mark.parametrize("jumps", [(), (JUMP,)], ids=["smooth", "jump"])
+def test_one_program_for_any_length_and_step(jumps):
+    """Where numbers of intervals and steps are traced, beside the programs of their own; with room to spare."""
+    y0, speeds, programs = jnp.array([1.0, 1.0, 1.0]), jnp.linspace(0.0, 8.0, 3), []
+
+    @jax.jit
+    def of_any(intervals, substeps):
+        programs.append(1)
+        at = jnp.asarray(jumps, float)
+        blocks = blocks_of(0.1, intervals, substeps, 4, at, None, 6, (30, 150))
+        A = jax.vmap(linear)(speeds)
+        ladder = ladder_of(speeds, A, 0.1 / substeps, 4, 0, blocks, 4 * blocks.starts)
+        return run_through(forced, ladder, blocks, speed, y0, Method(lasting=True)).kept
+
+    for intervals, substeps in ((20, 2), (25, 5), (9, 1)):
+        found = np.asarray(of_any(intervals, substeps))
+        own = run(forced, speeds, 0.1, intervals, 4, y0, substeps, jumps, length=6).kept
+        np.testing.assert_allclose(found[: intervals + 1], own, rtol=1e-12, atol=1e-13)
+        np.testing.assert_array_equal(
+            found[intervals:], found[[intervals]].repeat(31 - intervals, 0)
+        )
+    assert len(programs) == 1
+
+
+def test_a_batch_shares_its_weights():
+    """Those for the middle of its members' speeds; each is as accurate as alone."""
+    starts = jnp.array([[0.1, 0.5, 0.0], [0.0, 0.4, 0.1], [0.2, 0.5, 0.3]])
+    rates = jnp.array([3.6, 4.0, 4.4])
+
+    def one(y0, rate):
+        def f(t, y):
+            return linear(rate * t) @ y + jnp.stack([y[0] * y[1], y[0] ** 2, y[0]])
+
+        speeds = jnp.linspace(0.0, 8.0, 5)
+        blocks = blocks_of(0.02, 100, 1, 5, jnp.zeros(0))
+        ladder = ladder_of(speeds, jax.vmap(linear)(speeds), jnp.asarray(0.02), 5, 0, blocks)
+        return run_through(f, ladder, blocks, lambda t, y: rate * t, y0).kept
+
+    program = jax.jit(jax.vmap(one))
+    alone = [jax.jit(one)(*x) for x in zip(starts, rates)]
+    np.testing.assert_allclose(program(starts, rates), np.stack(alone), atol=2e-7)
+    # of the weights none has a batch
+    text = program.lower(starts, rates).as_text()
+    assert "tensor<3x3x18xf64>" not in text

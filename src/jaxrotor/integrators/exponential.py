@@ -247,6 +247,7 @@ class ExponentialAdams(AbstractExponential):
     linear_part: Float[Array, "d d"] | None = None
     lengths: Float[Array, " m"] | None = None
     exact_rows: int = eqx.field(static=True, default=0)
+    evaluations: int = eqx.field(static=True, default=1)
 
     term_structure: ClassVar[type[Terms]] = diffrax.AbstractTerm
     interpolation_cls: ClassVar[type] = diffrax.ThirdOrderHermitePolynomialInterpolation
@@ -259,8 +260,10 @@ class ExponentialAdams(AbstractExponential):
         linear_part: Float[Array, "d d"] | None = None,
         lengths: Float[Array, " m"] | None = None,
         exact_rows: int = 0,
+        evaluations: int = 1,
     ):
-        self.order_ = whole(2, 7)(order, "order")
+        self.order_ = whole(3, 6)(order, "order")
+        self.evaluations = whole(0)(evaluations, "evaluations")
         self.substeps = whole(0)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows
 

@@ -8,217 +8,205 @@ Vanden Berghe, Exponential Fitting (2004).
 A step predicts, evaluates and corrects (PEC): ONE evaluation, at the predicted point, serves the corrector
 and the history. That is stable while A is near the machine's own Jacobian, to within what `follow` knows of
 it: so A goes with the speed, and the fit too, on a ladder that is climbed at the ends of blocks of steps.
-Where N has a rate λ of its own that neither knows, h λ must stay below 0.16, 0.08, 0.04 at orders 4, 5, 6
-(with a second evaluation it might be 1.4, 1.0, 0.8).
+Where N has a rate λ of its own that neither knows, h λ must stay below 0.16, 0.08, 0.04 at orders 4, 5, 6:
+there a step may evaluate and correct twice.
+
+All that a run does stands in one loop body, its start and its restarts behind jumps too, so that a program
+holds the field once.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
-from .fitted_weights import (
-    FittedWeights,
-    first_steps,
-    fitted_mix,
-    moments,
-    polynomial_mix,
-    turn_of,
-    weights_of,
-)
+from .blocks import Blocks
+from .ladder import Ladder
+from .progress import PARTS, hand_over
+from .step_times import held_within
 
 Vector = Float[Array, " d"]
+Field = Callable[[Array, Vector], Vector]
 
 
-class History(eqx.Module):
-    """`N` at the last k points, newest first, and the states there."""
+class _Carried(NamedTuple):
+    """`N` at the last k points, newest first, and `states` there, while the history fills too: `coarse`, at
+    the ends of regular steps, and their states."""
 
+    y: Vector
     N: Float[Array, "k m"]
+    coarse: Float[Array, "k m"]
     states: Float[Array, "k d"]
+    rung: Array
 
 
-def step(
-    f: Callable[[Array, Vector], Vector],
-    A: Float[Array, "d d"],
-    weights: FittedWeights,
-    t1: Float[Array, ""],
-    y: Vector,
-    history: Float[Array, "k m"],
-    follow: Float[Array, "m m"] | None = None,
-) -> tuple[Vector, Array, Array]:
-    """From y to the state at `t1`: that state, N at the last k points up to it, and by how much N at the
-    predicted state differs from what was extrapolated.
+class Method(NamedTuple):
+    """`evaluations` of the field in a step. `probe`: whether each block ends with one more, at its last state,
+    by which the run's error is known. `lasting`: whether only as many blocks are gone through as are used,
+    which reverse mode does not know."""
 
-    `follow`: by how much N changes from the predicted to the corrected state, for each unit of that
-    difference, as far as it is known: what is remembered is N at the corrected state.
-    """
-    exact_rows = y.size - history.shape[1]
-    predicted = weights.predict @ jnp.concatenate([y, history.ravel()])
-    value = f(t1, predicted)[exact_rows:] - A[exact_rows:] @ predicted
-    gap = value - weights.ahead @ history
-    remembered = value if follow is None else value + follow @ gap
-    history = jnp.concatenate([remembered[None], history[:-1]])
-    return predicted + weights.correct @ gap, history, gap
+    evaluations: int = 1
+    probe: bool = False
+    lasting: bool = False
 
 
-def rebased(history: History, A_from: Float[Array, "d d"], A_to: Float[Array, "d d"]) -> History:
-    """The history of another linearisation: the field `A y + N` was what it was."""
-    exact_rows = A_from.shape[0] - history.N.shape[1]
-    change = (A_from - A_to)[exact_rows:]
-    return History(history.N + history.states @ change.T, history.states)
+class Course(eqx.Module):
+    """The states at the grid's instants, or what `watch` kept of them; of each instant the gap of N there, and
+    by how much it grew in the step before; of each block what the probe found beside those two."""
+
+    kept: Any
+    gaps: Float[Array, "g 2 m"] | None
+    probes: Float[Array, "n 3 m"] | None
 
 
-class Ladder(eqx.Module):
-    """Linearisations A at rising speeds, and at rising `speeds` (rad/s, as many or more) weights for the
-    regular step of h seconds, of the linearisation `of_A`; and the weights of all `first_steps` by the
-    linearisation of the rung `start`.
-
-    `follow`: by how much N changes with a correction at the rung's own speed, and what each rad/s adds (see
-    `step`). That keeps one evaluation a step stable on few linearisations.
-    """
-
-    h: Float[Array, ""]
-    speeds: Float[Array, " r"]
-    A: Float[Array, "s d d"]
-    of_A: Int[Array, " r"]
-    weights: FittedWeights
-    follow: tuple[Float[Array, "r m m"], Float[Array, "r m m"]]
-    start: Any
-    starting: FittedWeights
-
-    @classmethod
-    def of(
-        cls,
-        at: Float[Array, " s"],
-        A: Float[Array, "s d d"],
-        h: Float[Array, ""],
-        order: int,
-        exact_rows: int = 0,
-        start: Any = 0.0,
-        fit: Any = 1.0,
-        speeds: Float[Array, " r"] | None = None,
-    ) -> "Ladder":
-        """`at`: speeds of the A. `start`: speed at the start. `fit` times the angle of a step is what the
-        weights are fitted to: 0 leaves powers of s alone. `speeds`: at which, if not at those of the A."""
-        speeds = at if speeds is None else speeds
-        of_A = jnp.argmin(jnp.abs(speeds[:, None] - at), axis=1)
-        near, turns = fit * turn_of(at, h), fit * turn_of(speeds, h)
-        rung = jnp.argmin(jnp.abs(speeds - start))
-        kinds = first_steps(order).kinds
-        different, which = np.unique([length for length, _ in kinds], return_inverse=True)
-        # the start is by polynomials, for it is short
-        first = jnp.broadcast_to(A[of_A[rung]], (different.size, *A.shape[1:]))
-        every = (
-            jnp.concatenate([A, first]),
-            jnp.concatenate([jnp.broadcast_to(h, at.shape), h * different]),
-            jnp.concatenate([near, jnp.zeros(different.size)]),
-        )
-        found = jax.lax.map(lambda x: moments(x[0], x[1], x[2], order, exact_rows), every)
-
-        def own(i):
-            return jax.tree.map(lambda x: x[i], found)
-
-        weights = jax.lax.map(
-            lambda x: weights_of(own(x[0]), *fitted_mix(x[1], order, near[x[0]])), (of_A, turns)
-        )
-        mixes = [polynomial_mix(np.array(points), order) for _, points in kinds]
-        starting = jax.lax.map(
-            lambda x: weights_of(own(x[0]), *x[1:]),
-            (at.size + which, *(np.stack(x) for x in zip(*mixes))),
-        )
-        per_speed = _slopes(at, A)[of_A][:, exact_rows:] @ weights.correct
-        follow = ((speeds - at[of_A])[:, None, None] * per_speed, per_speed)
-        return cls(h, speeds, A, of_A, weights, follow, rung, starting)
-
-    def nearest(self, speed: Float[Array, ""]) -> Array:
-        return jnp.argmin(jnp.abs(self.speeds - jax.lax.stop_gradient(speed)))
-
-    def at(self, i, speed: Float[Array, ""]) -> tuple[Array, FittedWeights, Array]:
-        """A, the weights and what N follows a correction by (see `step`) of a rung, at a speed."""
-        off = jax.lax.stop_gradient(speed) - self.speeds[i]
-        follow = self.follow[0][i] + off * self.follow[1][i]
-        return self.A[self.of_A[i]], jax.tree.map(lambda x: x[i], self.weights), follow
-
-
-def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
-    """dA/dw at each of the speeds, by those beside it."""
-    n = speeds.size
-    if n == 1:
-        return jnp.zeros_like(A)
-    above, below = np.minimum(np.arange(n) + 1, n - 1), np.maximum(np.arange(n) - 1, 0)
-    apart = speeds[above] - speeds[below]
-    apart = jnp.where(apart == 0.0, jnp.inf, apart)
-    return (A[above] - A[below]) / apart[:, None, None]
-
-
-def begin(
-    f: Callable, ladder: Ladder, t0: Float[Array, ""], y0: Vector
-) -> tuple[Float[Array, "k d"], History]:
-    """The states at t0 + h, ..., t0 + (order - 1) h, and the history there, of the linearisation
-    `ladder.start`."""
-    A, order = ladder.A[ladder.of_A[ladder.start]], ladder.starting.ahead.shape[1]
-    exact_rows = y0.size - ladder.starting.correct.shape[2]
-    steps = first_steps(order)
-    value = f(t0, y0)[exact_rows:] - A[exact_rows:] @ y0
-    N = jnp.concatenate([value[None], jnp.zeros((order - 1, value.size))])
-
-    def one(carry, x):
-        t1, kind = x
-        weights = jax.tree.map(lambda w: w[kind], ladder.starting)
-        y, N, _ = step(f, A, weights, t1, *carry)
-        return (y, N), (y, N[0])
-
-    ends = t0 + ladder.h * steps.ends
-    _, found = jax.lax.scan(one, (y0, N), (ends, steps.which))
-    ys, N = (x[steps.regular] for x in found)
-    newest = (jnp.concatenate([x[::-1], first[None]]) for x, first in ((N, value), (ys, y0)))
-    return ys, History(*newest)
-
-
-def run_blocks(
-    f: Callable[[Array, Vector], Vector],
+def run_through(
+    f: Field,
     ladder: Ladder,
+    blocks: Blocks,
     speed: Callable[[Array, Vector], Array],
-    t0: Float[Array, ""],
-    blocks: int,
-    length: int,
     y0: Vector,
-    history: History,
-    keep: Callable[[Vector], Any] = lambda y: y,
-    unroll: int = 1,
-) -> tuple[Any, Any]:
-    """`blocks` blocks of `length` steps from the state `y0` at t0, begun by `begin`.
-
-    Each block takes the rung nearest to `speed(t, y)` at its start. Returns what `keep` leaves of the state
-    after each step, and of each block the largest gap of N. In reverse mode the states at the blocks'
-    starts are kept, and a block is run again.
+    method: Method = Method(),
+    tick: Callable[[Array, Vector, Array], Vector] | None = None,
+    watch: Callable[[Float[Array, " b"], Float[Array, "b d"]], Any] | None = None,
+    told: bool = False,
+) -> Course:
+    """`speed(t, y)`: rad/s. `tick(t, y, due)`: what changes the state where clocks tick; what is returned is
+    the state behind it. `watch`: what is kept of a block's instants and states. `told`: what is at the samples is handed
+    over, part by part, while it comes.
     """
-    k, h = history.N.shape[0], ladder.h
-    if length < k:
-        raise ValueError(f"a block must be at least {k} steps long, but is {length}")
+    k, m = ladder.order, ladder.moments.mean.shape[3]
+    rows = y0.size - m
+    length = blocks.length
 
-    @jax.checkpoint
-    def block(carry, i):
-        y, history, before = carry
-        t = t0 + i * length * h
-        own = speed(t, y)
-        now = ladder.nearest(own)
-        A, weights, follow = ladder.at(now, own)
-        history = rebased(history, ladder.A[ladder.of_A[before]], A)
+    def block(carried: _Carried, x):
+        begin, h, count, kind, odd, opens, filled, ends, piece, due = x
+        y, N, coarse, states, rung = carried
+        if tick is not None:
+            y = tick(begin, y, due)
+        middle = begin + 0.5 * jnp.where(kind == -2, length * h, 0.0)
+        own = jax.lax.stop_gradient(speed(middle, y))
+        common = _common(own)
+        now = jnp.where(opens | (kind == -2), ladder.nearest(common), rung)
+        N = jnp.where(filled, coarse, N)
+        at = ladder.linearisation(now, odd)
+        A = ladder.A[at]
+        N = _rebased(N, states, ladder.A[ladder.linearisation(rung, odd)] - A)
+        weights = ladder.weights(now, odd, kind, common)
+        follow = ladder.follow(at, now, odd, own, weights)
+        lower = A[rows:]
 
         def one(carry, j):
-            y, N, most = carry
-            y, N, gap = step(f, A, weights, t + (j + 1) * h, y, N, follow)
-            most = jnp.maximum(most, jnp.abs(jax.lax.stop_gradient(gap)))
-            return (y, N, most), y
+            y, N = carry
+            t1 = begin + (jnp.minimum(j, count - 1) + 1) * h
+            if piece is not None:
+                t1 = held_within(piece, t1)
+            x = weights.predict @ jnp.concatenate([y, N.ravel()])
+            expected = weights.ahead @ N
+            is_step = j < count
+            if method.probe:
+                probing = j == length
+                x, expected = jnp.where(probing, y, x), jnp.where(probing, N[0], expected)
 
-        begin = (y, history.N, jnp.zeros_like(history.N[0]))
-        (y, N, most), ys = jax.lax.scan(one, begin, jnp.arange(length), unroll=unroll)
-        return (y, History(N, ys[-k:][::-1]), now), (jax.vmap(keep)(ys), most)
+            def evaluated(carry, _):
+                x, _, last = carry
+                value = f(t1, x)[rows:] - lower @ x
+                gap = value - expected
+                corrected = x + weights.correct @ (gap - last)
+                return (corrected, value + follow @ (gap - last), gap), None
 
-    _, (kept, most) = jax.lax.scan(block, (y0, history, ladder.start), jnp.arange(blocks))
-    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), kept), most
+            through = (x, expected, jnp.zeros(m))
+            if method.evaluations == 1:
+                (x, value, gap), _ = evaluated(through, None)
+            else:
+                (x, value, gap), _ = jax.lax.scan(
+                    evaluated, through, None, length=method.evaluations
+                )
+            y = jnp.where(is_step, x, y)
+            N = jnp.where(is_step, jnp.concatenate([value[None], N[:-1]]), N)
+            return (y, N), (y, gap if method.probe else None)
+
+        (y1, N), (ys, gaps) = jax.lax.scan(one, (y, N), jnp.arange(length + method.probe))
+        ys = ys[:length]
+        coarse = jnp.where(opens | ends, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
+        pushed = jnp.where(opens | ends, jnp.concatenate([y1[None], states[:-1]]), states)
+        states = jnp.where(kind == -2, ys[-k:][::-1], pushed)
+        seen = jnp.concatenate([y[None], ys])
+        if watch is not None:
+            t = begin + h * np.arange(length + 1)
+            seen = watch(t if piece is None else jax.vmap(lambda t: held_within(piece, t))(t), seen)
+        grown = probed = None
+        if method.probe:
+            gaps = jax.lax.stop_gradient(gaps)
+            whole = (kind == -2) & (count == length)
+            before, last, probed = gaps[length - 2], gaps[length - 1], gaps[length]
+            probed = jnp.where(whole, jnp.stack([probed, last, last - before]), 0.0)
+            gaps = jnp.where((kind == -2) & (jnp.arange(length) < count), gaps[:length].T, 0.0).T
+            grown = jnp.stack([gaps[1:], gaps[1:] - gaps[:-1]], axis=1)
+            grown = jnp.pad(grown, ((2, 0), (0, 0), (0, 0)))
+        return _Carried(y1, N, coarse, states, now), (seen, grown, probed)
+
+    zero = jnp.zeros((k, m))
+    rung = ladder.nearest(_common(jax.lax.stop_gradient(speed(blocks.begin[0], y0))))
+    first = _Carried(y0, zero, zero, jnp.zeros((k, y0.size)), rung)
+    block = jax.checkpoint(block, prevent_cse=False)
+    if method.lasting or told:
+        found = _while_used(block, first, blocks, told)
+    else:
+        _, found = jax.lax.scan(block, first, blocks.per_block)
+    seen, grown, probed = found
+
+    def at_samples(x):
+        return x.reshape(-1, *x.shape[2:])[blocks.samples]
+
+    return Course(
+        jax.tree.map(at_samples, seen), None if grown is None else at_samples(grown), probed
+    )
+
+
+def _rebased(N: Float[Array, "k m"], states: Float[Array, "k d"], change: Float[Array, "d d"]):
+    """The history of another linearisation, by how much A is less now: the field `A y + N` was what it was."""
+    return N + states @ change[states.shape[1] - N.shape[1] :].T
+
+
+def _while_used(block, first: _Carried, blocks: Blocks, told: bool) -> Any:
+    """What a scan gives, part by part, until nothing more happens."""
+    n = blocks.begin.size
+    size = -(-n // PARTS)
+    at = np.arange(-(-n // size) * size).reshape(-1, size)
+    among = np.minimum(at, n - 1)
+    per_block = jax.tree.map(lambda x: x[among], blocks.per_block)
+    # beyond the end the last block is gone through without a step
+    per_block = (*per_block[:2], jnp.where(at < n, per_block[2], 0), *per_block[3:])
+    sampled = jnp.zeros((n, blocks.length + 1), bool)
+    sampled = sampled.ravel().at[blocks.samples].set(True).reshape(n, -1)[among]
+    new = sampled & (at < n)[..., None]
+
+    def part(i, carry):
+        carried, kept = carry
+        own = jax.tree.map(lambda x: x[i], per_block)
+        carried, found = jax.lax.scan(block, carried, own)
+        if told:
+            states = found[0].reshape(-1, found[0].shape[-1])
+            hand_over(own[0][-1], states, new[i].ravel())
+        return carried, jax.tree.map(lambda a, b: a.at[i].set(b), kept, found)
+
+    one = jax.tree.map(lambda x: x[0], per_block)
+    shapes = jax.eval_shape(lambda: jax.lax.scan(block, first, one)[1])
+    kept = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), shapes)
+    _, kept = jax.lax.fori_loop(0, -(-blocks.used // size), part, (first, kept))
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:n], kept)
+
+
+@jax.custom_batching.custom_vmap
+def _common(speed: Array) -> Array:
+    """In a batch the middle of the members' speeds, so that they share their weights."""
+    return speed
+
+
+@_common.def_vmap
+def _(size, batched, speed):
+    return _common(jnp.nanmedian(speed)) if batched[0] else speed, False

@@ -9,6 +9,7 @@ from math import factorial
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -54,12 +55,15 @@ def moments(
     turn: Float[Array, ""],
     order: int,
     exact_rows: int = 0,
+    levels: int = 1,
 ) -> Moments:
-    """What weights by `order` past values are mixed from."""
+    """What weights by `order` past values are mixed from, for steps of `h/2^levels`, ..., `h/2`, `h`: stacked.
+    Those of `h` turn by `turn`, the shorter ones by as much less."""
     d = balance(A)
-    _, phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn)
+    phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn, levels)
     phi = phi * (d[:, None] / d[None, :])
-    return Moments(phi[0] + jnp.eye(A.shape[0]), h * phi[1:, :, exact_rows:])
+    lengths = (h * 2.0 ** -np.arange(levels, -1.0, -1.0))[:, None, None, None]
+    return Moments(phi[:, 0] + jnp.eye(A.shape[0]), lengths * phi[:, 1:, :, exact_rows:])
 
 
 def weights_of(own: Moments, past, after, ahead) -> FittedWeights:
@@ -78,7 +82,7 @@ def fitted_weights(
 ) -> FittedWeights:
     """Weights of a regular step of h (s), in which the shaft turns by `turn` (rad, below π), by `order` past
     values (3 to 7). `exact_rows`: in how many leading rows the vector field is A's alone."""
-    own = moments(A, h, turn, order, exact_rows)
+    own = jax.tree.map(lambda x: x[-1], moments(A, h, turn, order, exact_rows))
     return weights_of(own, *fitted_mix(turn, order, turn))
 
 
@@ -101,8 +105,20 @@ def fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> Mi
     before = jnp.stack([*unit[: order - 2], turned[order - 2], turned[order - 1]])
     after = jnp.stack([*unit[: order - 1], turned[order - 1], turned[order]])
     basis, full = before @ values, after @ values
-    mix = jnp.linalg.inv(basis[:, :order])
-    return mix @ before, jnp.linalg.inv(full)[order] @ after, mix @ basis[:, order]
+    mix = _inverse(basis[:, :order], at[:order])
+    return mix @ before, _inverse(full, at)[order] @ after, mix @ basis[:, order]
+
+
+def _inverse(basis: Float[Array, "n n"], points: np.ndarray) -> Float[Array, "n n"]:
+    """Of the values at the points of functions that are powers but for the last two. (No call of LAPACK, of
+    which several devices of one processor would wait for each other.)"""
+    n = points.size
+    powers = np.linalg.inv(np.stack([points**i / factorial(i) for i in range(n)]))
+    own = basis[n - 2 :] @ powers
+    (a, b), (c, d) = own[:, n - 2 :]
+    last = jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
+    lower = jnp.concatenate([-last @ own[:, : n - 2], last], axis=1)
+    return powers @ jnp.concatenate([jnp.eye(n)[: n - 2], lower])
 
 
 def polynomial_mix(points: np.ndarray, order: int) -> Mix:
@@ -129,7 +145,7 @@ class FirstSteps(NamedTuple):
     regular: np.ndarray
 
 
-def first_steps(order: int, parts: int = 4, halvings: int = 5) -> FirstSteps:
+def first_steps(order: int, parts: int = 4, halvings: int = 7) -> FirstSteps:
     """The first step is 2^-halvings of a part of a regular one, since it knows but one value of N; each next
     one doubles what has been done, by no more than four values (six so far apart are unstable). Parts follow
     until regular steps know enough regular points."""

@@ -76,26 +76,28 @@ def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:
     return jnp.concatenate([shift[:-2], last.at[0, -1].set(-(turn**2) * turned[1])])
 
 
-def _double(phi: Float[Array, "p d d"], shift: Array | np.ndarray) -> Float[Array, "p d d"]:
-    """`(phi_0 - 1, phi_1, ...)` of 2z from those of z."""
-    count = phi.shape[0]
-    product = phi[0] @ phi  # (p, d, d): one batched product
-    rest = phi[1:] + jnp.tensordot(shift, phi[1:], 1)
-    halves = 2.0 ** -np.arange(1.0, count)[:, None, None]
-    return jnp.concatenate([(2 * phi[0] + product[0])[None], halves * (product[1:] + rest)])
+def _double(phi: Float[Array, "d p d"], shift: Array | np.ndarray) -> Float[Array, "d p d"]:
+    """`(phi_0 - 1, phi_1, ...)` of 2z from those of z. Side by side they take one product of matrices."""
+    d, count, _ = phi.shape
+    product = (phi[:, 0] @ phi.reshape(d, count * d)).reshape(d, count, d)
+    rest = phi[:, 1:] + jnp.einsum("pq,aqb->apb", shift, phi[:, 1:])
+    halves = 2.0 ** -np.arange(1.0, count)[:, None]
+    first = 2 * phi[:, 0] + product[:, 0]
+    return jnp.concatenate([first[:, None], halves * (product[:, 1:] + rest)], axis=1)
 
 
 def phi_functions(
-    z: Float[Array, "d d"], count: int, turn: Float[Array, ""] | None = None
-) -> Float[Array, "2 p d d"]:
-    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2`, stacked, and the same of `z`: (2, p, d, d).
+    z: Float[Array, "d d"], count: int, turn: Float[Array, ""] | None = None, levels: int = 1
+) -> Float[Array, "l p d d"]:
+    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2^levels`, ..., `z/2`, `z`: (levels + 1, p, d, d).
 
     With `turn` (rad) the last two have, in place of `s^n/n!`, the `turning_powers` of their n, so that
     with those before them they integrate `cos(turn s)` and `sin(turn s)` too. No inverse is taken of
     anything: `turn` may be an eigenvalue of z, as it is at a critical speed.
     """
     norm = jnp.max(jnp.sum(jnp.abs(jax.lax.stop_gradient(z)), axis=1), initial=0.0)
-    doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1, 1, MAX_DOUBLINGS)
+    doublings = jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1
+    doublings = jnp.clip(doublings, levels, MAX_DOUBLINGS)
     scale = 2.0**-doublings
     small, eye = z * scale, jnp.eye(z.shape[0])
     # values of the functions at 1, of all that the series asks for; before 1 alone stands nothing
@@ -113,20 +115,26 @@ def phi_functions(
 
     top, _ = jax.lax.scan(series, eye * at_one[-1], at_one[count:-1], reverse=True)
 
-    def below(carry, x):
+    def downward(carry, x):
         phi, before = carry
         value, skip = x
         new = small @ phi + skip * before + eye * value
         return (new, phi), new
 
     begin = (top, jnp.zeros_like(top))
-    _, rest = jax.lax.scan(below, begin, (at_one[:count], skipped), reverse=True)
-    start = jnp.concatenate([rest, top[None]])
+    _, rest = jax.lax.scan(downward, begin, (at_one[:count], skipped), reverse=True)
+    start = jnp.moveaxis(jnp.concatenate([rest, top[None]]), 0, 1)
 
-    def step(phi, i):
-        shift = _shift(None if own is None else own * 2.0**i, count)
-        return jax.lax.cond(i < doublings - 1, lambda: _double(phi, shift), lambda: phi), None
+    def doubled(phi, i):
+        return _double(phi, _shift(None if own is None else own * 2.0**i, count))
 
-    half, _ = jax.lax.scan(step, start, jnp.arange(MAX_DOUBLINGS - 1.0))
-    shift = _shift(None if turn is None else 0.5 * turn, count)
-    return jnp.stack([half, _double(half, shift)])
+    def below(phi, i):
+        return jax.lax.cond(i < doublings - levels, lambda: doubled(phi, i), lambda: phi), None
+
+    def level(phi, i):
+        phi = doubled(phi, doublings - levels + i)
+        return phi, phi
+
+    lowest, _ = jax.lax.scan(below, start, jnp.arange(float(MAX_DOUBLINGS - levels)))
+    _, rest = jax.lax.scan(level, lowest, jnp.arange(float(levels)))
+    return jnp.moveaxis(jnp.concatenate([lowest[None], rest]), 2, 1)

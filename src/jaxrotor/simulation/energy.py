@@ -121,7 +121,7 @@ def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
         dy, ev = watched_field(t, y[:d], system)
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
-    prepared = prepare(system, balanced, setup)
+    prepared = prepare(system, balanced, setup, extra=2)
     y = march_through(prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(setup.times, y[:, :d])

@@ -1,10 +1,9 @@
 """Choosing the step, outside jit, by a rule and short pilot runs."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
-import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,20 +12,27 @@ from jaxtyping import Array, Float
 from ..core.arguments import number, positive, whole
 from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
-from ..core.parameter import is_concrete
+from ..core.parameter import is_concrete, numbers
 from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
-from ..integrators.exponential import ExponentialAdams
+from ..integrators.blocks import blocks_of
+from ..integrators.fitted import Method, run_through
+from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobian, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
 from .plan import Plan, bucket, fewest
-from .prescribed import Prescribed, fastest, in_numbers, prescribed_until, top_speed
+from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed_until, top_speed
 from .run_error import share_of_peaks
 from .simulation import Simulation, as_simulation, end_or_simulation
 
-_PILOT_SAMPLES = 64
+# Steps of a pilot.
+_STEPS = 96
+# Part of its highest speed from which on a line counts as turning when it starts.
+_SLOW = 0.25
+# Steps in a sample, at most.
+_MOST = 8192
 # Instants at which pilots run, at most.
 _PILOTS = 8
 
@@ -36,7 +42,7 @@ _PILOTS = 8
     sample_rate=positive("Hz"),
     speed=number("rad/s"),
     tolerance=number(above=0.0, below=1.0),
-    order=whole(2, 7),
+    order=whole(3, 6),
 )
 def plan(
     machine: Machine,
@@ -67,12 +73,20 @@ def plan(
         simulation.speed,
         simulation.planned_tolerance,
         order or simulation.order,
+        simulation.start == "steady",
     )
 
 
 def find_plan(
-    machine: Machine, t_end: float, sample_rate: float, speed: Any, tolerance: float, order: int
+    machine: Machine,
+    t_end: float,
+    sample_rate: float,
+    speed: Any,
+    tolerance: float,
+    order: int,
+    steady: bool = False,
 ) -> Plan:
+    """`steady`: whether the run starts on its periodic whirl."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "the step cannot be chosen inside jit or vmap: call `plan = jr.plan(machine, t_end, "
@@ -82,30 +96,72 @@ def find_plan(
     given, machine = prescribed_until(machine, t_end), in_numbers(machine)
     interval = 1.0 / sample_rate
     when, top = fastest(given, t_end, speed)
-    substeps = fewest(max(top, float(given.frequency)), interval)
+    harsh = begins_abruptly(given, top, speed, steady)
     instants = jnp.asarray(_instants(machine, given, when, t_end))
-    error = math.inf
-    for _ in range(6):
-        at = [instants, *(jnp.asarray(x) for x in (interval, substeps, top))]
-        error = float(pilot(machine, at[0], at[1], at[2], at[3], order))
-        if error <= tolerance:
-            break
-        if not math.isfinite(error):
-            substeps = bucket(2 * substeps)
-            continue
-        growth = min(4.0, 1.05 * (error / tolerance) ** (1 / (order + 1)))
-        substeps = bucket(max(substeps + 1, substeps * growth))
-    else:
-        blame = None if math.isfinite(error) else not_finite(machine, instants)
+    forward = _direction(given, when, t_end, speed)
+    abrupt = jnp.asarray(np.append(np.full(instants.size - 1, True), harsh))
+
+    def seen(substeps: int, evaluations: int) -> float:
+        at = (jnp.asarray(interval / substeps), jnp.asarray(forward * top))
+        return float(pilot(machine, instants, abrupt, *at, order, evaluations))
+
+    first = fewest(max(top, float(given.frequency)), interval)
+    found = _search(seen, first, order, tolerance)
+    if found is None:
+        blame = not_finite(machine, instants) if not math.isfinite(seen(first, 1)) else None
         if blame:
             raise InputError(f"{blame} before anything moves: mend its law")
         raise ConvergenceError(
-            f"no step was found that keeps the error below {tolerance:g}: at {substeps} steps a "
-            f"sample the pilot still differs by {error:.1e}; raise the sample rate, give "
-            "shafts without damping some (rayleigh=..., their short waves ring for ever), or choose a solver "
-            "for stiff nonlinearity such as jr.Rosenbrock()"
+            f"no step was found that keeps the error below {tolerance:g}, with up to {_MOST} steps a sample: "
+            "raise the sample rate, give shafts without damping some (rayleigh=..., their short waves ring for "
+            "ever), or choose a solver for stiff nonlinearity such as jr.Rosenbrock()"
         )
-    return Plan(substeps, order, 0.5 * top, top, error, tolerance)
+    substeps, evaluations, error = found
+    return Plan(substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations)
+
+
+def _search(
+    seen: Callable[[int, int], float], substeps: int, order: int, tolerance: float
+) -> tuple[int, int, float] | None:
+    """Steps in a sample and evaluations in a step, and the error then: the fewest evaluations. With one in a
+    step, steps must be short where forces change fast with the state; two serve where that costs less."""
+    tries: dict[int, float] = {}
+
+    def longest(substeps: int, evaluations: int, times: int, most: float):
+        for _ in range(times):
+            if substeps > most:
+                return None
+            error = seen(substeps, evaluations)
+            if error <= tolerance:
+                return substeps, evaluations, error
+            tries[substeps] = error
+            growth = 2.0
+            if math.isfinite(error):
+                growth = min(4.0, 1.05 * (error / tolerance) ** (1 / (order + 1)))
+            substeps = bucket(max(substeps + 1, substeps * growth))
+        return None
+
+    found = longest(substeps, 1, 3, _MOST)
+    if found is not None:
+        return found
+    twice = longest(substeps, 2, 6, _MOST)
+    once = longest(max(tries) + 1, 1, 4, _MOST if twice is None else 2 * twice[0] - 1)
+    return once or twice
+
+
+def begins_abruptly(given: Prescribed, top: float, speed: Any, steady: bool) -> bool:
+    """Whether a line, of which `given` is known, turns when all begins to act on it: one that runs up is not
+    shaken so. `top`, `speed`: the highest and the first, rad/s."""
+    own = 0.0 if speed is None else abs(float(numbers(speed)))
+    first = np.abs(np.asarray(given.speeds)[..., 0]).max()
+    return not steady and max(own, float(first)) > _SLOW * top
+
+
+def _direction(given: Prescribed, when: float, t_end: float, speed: Any) -> float:
+    """1 or -1: which way the line turns when it is fastest."""
+    own = 0.0 if speed is None else float(numbers(speed))
+    there = float(np.asarray(given.speeds)[np.argmin(np.abs(looks(t_end) - when))])
+    return -1.0 if (own if abs(own) > abs(there) else there) < 0 else 1.0
 
 
 def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
@@ -116,7 +172,8 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         return step
     if step is None:
         t_end, tolerance = simulation.t_end, simulation.planned_tolerance
-        return find_plan(machine, t_end, rate, speed, tolerance, order)
+        steady = simulation.start == "steady"
+        return find_plan(machine, t_end, rate, speed, tolerance, order, steady)
     try:
         valid = 0 < float(step) < float("inf")
     except (TypeError, ValueError):  # a tracer's refusal is a TypeError
@@ -149,56 +206,50 @@ def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) ->
 
 
 @quickly_compiled
-def pilot(machine, instants, interval, substeps, top, order: int) -> Float[Array, ""]:
-    """Largest difference between a step and its half, over all pilots, as part of the peak.
-
-    The number of steps is traced: one program serves every step that is tried.
-    """
+def pilot(machine, instants, abrupt, h, top, order: int, evaluations: int) -> Float[Array, ""]:
+    """Largest difference between steps of h (s) and of half of it, over all pilots, as part of the peak; `top`
+    in rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly."""
     if instants.ndim == 0:
-        return _pilot_at(machine, instants, interval, substeps, top, order)
+        return _pilot_at(machine, instants, abrupt, h, top, order, evaluations)
     # the last at top speed, the others at the drive's own there
-    own = jnp.abs(jax.vmap(lambda t: assemble(machine).reference(t)[1])(instants))
-    speeds = jnp.where(own > 0, own, top).at[-1].set(top)
+    own = jax.vmap(lambda t: assemble(machine).reference(t)[1])(instants)
+    speeds = jnp.where(own != 0, own, top).at[-1].set(top)
     return jnp.max(
         jax.lax.map(
-            lambda x: _pilot_at(machine, x[0], interval, substeps, x[1], order), (instants, speeds)
+            lambda x: _pilot_at(machine, *x[:2], h, x[2], order, evaluations),
+            (instants, abrupt, speeds),
         )
     )
 
 
-def _pilot_at(machine, when, interval, substeps, top, order: int) -> Float[Array, ""]:
-    system = assemble(machine)
-    A = jacobian(assemble(machine, nominal=True), 0.5 * top)
+def _pilot_at(machine, when, abrupt, h, top, order: int, evaluations: int) -> Float[Array, ""]:
+    system, balanced = assemble(machine), assemble(machine, nominal=True)
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
-    solver = ExponentialAdams(order, 1, A, None, n)
     angle = system.reference(when)[0]
+    # as far from a linearisation as a run comes
+    speeds = rung_speeds(top)[-2:]
+    A = jax.vmap(lambda w: jacobian(balanced, w))(speeds)
 
-    # at a constant speed, loads as they are at that instant: no jump falls into the pilot
-    def turning(t, y, system):
-        return relative_field(when, y, system, (angle + top * (t - when), top, jnp.zeros_like(t)))
+    step = h
 
-    terms = diffrax.ODETerm(turning)
+    def run(h):
+        # at a constant speed, loads as they are at that instant: no jump falls into the pilot
+        def turning(t, y):
+            reference = (angle + top * t, top, jnp.zeros_like(t))
+            dy = relative_field(when, y, system, reference)
+            # what acts from the start, or comes up smoothly over half of the steps
+            begun = jnp.clip(t / (0.5 * _STEPS * step), 0.0, 1.0)
+            begun = begun**4 * (35 + begun * (-84 + begun * (70 - 20 * begun)))
+            own = A[-1] @ y
+            return own + jnp.where(abrupt, 1.0, begun) * (dy - own)
 
-    def run(count):
-        h = interval / count
-        state = solver.init(terms, when, when + h, y0, system)
+        blocks = blocks_of(h, 2 * _STEPS, 1, order, jnp.zeros(0), length=8)
+        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top)
+        return run_through(turning, ladder, blocks, lambda t, y: top, y0, Method(evaluations)).kept[
+            :, :n
+        ]
 
-        def sample(carry, k):
-            def step(i, carry):
-                y, memory = carry
-                t = when + k * interval + i * h
-                now = eqx.tree_at(lambda s: s.memory, state, memory)
-                none = jnp.array(False)
-                y, memory = solver.advance(terms, t, t + h, y, system, now, none, 0)
-                return y, memory
-
-            carry = jax.lax.fori_loop(0, count, step, carry)
-            return carry, carry[0]
-
-        return jax.lax.scan(sample, (y0, state.memory), jnp.arange(_PILOT_SAMPLES))[1]
-
-    coarse, fine = jax.lax.map(run, jnp.stack([substeps, 2 * substeps]))
-    error = jnp.max(jnp.abs(coarse - fine)[:, :n], axis=0)
-    peak = jnp.max(jnp.abs(fine)[:, :n], axis=0)
-    return share_of_peaks(error, peak, system)
+    coarse, fine = jax.lax.map(run, jnp.stack([h, 0.5 * h]))
+    error = jnp.max(jnp.abs(coarse[: _STEPS + 1] - fine[::2]), axis=0)
+    return share_of_peaks(error, jnp.max(jnp.abs(fine), axis=0), system)

@@ -7,8 +7,8 @@ from ..core.result_text import shows
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
 BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
-# Above this the multistep method is not surely stable (0.33 was seen at order 5, 0.3 at order 6).
-_LARGEST_TURN = 0.26  # rad of rotation in a step
+# rad of rotation in a step from which the search begins.
+_LARGEST_TURN = 1.0
 DEFAULT_TOLERANCE = 5e-5
 
 
@@ -20,6 +20,7 @@ class Plan:
     - `substeps`: steps in a sample interval. - `order`: of the exponential Adams method.
     - `speed`: rad/s at which the machine is linearised. - `top_speed`: the highest speed expected.
     - `error`: what the pilot saw, as part of each coordinate's peak; `tolerance`: what was asked.
+    - `evaluations`: of the field in a step; two where forces change fast with the state.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -31,6 +32,7 @@ class Plan:
     top_speed: float
     error: float = field(compare=False)
     tolerance: float
+    evaluations: int = 1
 
 
 def bucket(substeps: float) -> int:

@@ -10,8 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..integrators.step_times import Knots
+from ..integrators.fitted import Course
+from ..integrators.ladder import Ladder
 from ..machine.field import n_free
+from ..machine.line_speed import line_speed
 from ..machine.system import System
 
 # Times at which J is made anew for the present speed, on a small machine.
@@ -34,71 +36,80 @@ def share_of_peaks(
     return jnp.max(error / (jnp.maximum(peak, floor) + _ROUNDING))
 
 
-def by_samples(knots: Knots, defects: Float[Array, "n-1 m"]) -> Float[Array, "nt-1 m"]:
-    """Mean defect of each interval between samples."""
-    count = knots.samples.size
-    if defects.shape[0] == count - 1:
-        return defects
-    whole = jnp.diff(knots.times)[:, None] * defects
-    isample = jnp.cumsum(jnp.zeros(knots.times.size, int).at[knots.samples].set(1))[:-1] - 1
-    added = jnp.zeros((count - 1, defects.shape[1])).at[isample].add(whole, mode="drop")
-    return added / jnp.diff(knots.times[knots.samples])[:, None]
-
-
 def run_error(
-    flow: tuple[Float[Array, "d d"], Float[Array, "d m"]],
-    step: Float[Array, ""],
-    substeps: int,
-    by_speed: Float[Array, "d d"],
-    linearised_at: Float[Array, ""],
-    times: Float[Array, " nt"],
-    y: Float[Array, "nt d"],
-    defects: Float[Array, "nt-1 m"],
-    system: System,
+    ladder: Ladder, course: Course, times: Float[Array, " nt"], system: System
 ) -> Float[Array, ""]:
-    """As part of each coordinate's peak. `flow`: `e^(hA)` and `h φ_1(hA)` of a step; `by_speed`: dA/dw."""
+    """As part of each coordinate's peak."""
     # an error has no derivative
-    flow, by_speed, y, defects = jax.lax.stop_gradient((flow, by_speed, y, defects))
-    system = jax.tree.map(jax.lax.stop_gradient, system)
-    through, push = flow
-    d, count = through.shape[0], defects.shape[0]
+    ladder, course, system, times = jax.tree.map(
+        jax.lax.stop_gradient, (ladder, course, system, times)
+    )
+    y, defects = course.kept, _defects(ladder.order, course)
+    d, count = y.shape[1], y.shape[0] - 1
+    rows = d - defects.shape[1]
     if not d:  # all is held
         return jnp.zeros(())
     levels = max(1, min(_LEVELS, 512 // d, count))
     edges = np.linspace(0, count, levels + 1).astype(int)
-    speed = jax.vmap(lambda i: _speed(times[i], y[i], system))((edges[1:] + edges[:-1]) // 2)
+    middle = (edges[1:] + edges[:-1]) // 2
+    speed = jax.vmap(lambda i: line_speed(times[i], y[i], system))(middle)
+    interval = times[1] - times[0]
+    steps = interval / ladder.h
 
     def level(w):
-        half = 0.5 * step * (w - linearised_at) * by_speed
+        i = ladder.nearest(w)
+        half = 0.5 * ladder.h * (w - ladder.speeds[i]) * ladder.slopes[i]
+        half = jnp.pad(half, ((rows, 0), (0, 0)))
         turn = jnp.eye(d)
         for k in (4, 3, 2, 1):
             turn = jnp.eye(d) + half @ turn / k
-        return jnp.linalg.matrix_power(turn @ through @ turn, substeps)
+        own = turn @ ladder.moments.flow[i] @ turn
+        return _power(own, steps), steps * ladder.moments.mean[i, 0]
 
     which = np.repeat(np.arange(levels), np.diff(edges))
-    kicks = substeps * defects @ push.T
-
-    flows = jax.lax.map(level, speed)
+    flows, pushes = jax.lax.map(level, speed)
 
     def sample(carry, x):
         error, worst = carry
-        i, kick = x
-        error = flows[i] @ error + kick
+        i, defect = x
+        error = flows[i] @ error + pushes[i] @ defect
         return (error, jnp.maximum(worst, jnp.abs(error))), None
 
-    (_, worst), _ = jax.lax.scan(sample, (jnp.zeros(d), jnp.zeros(d)), (which, kicks))
+    (_, worst), _ = jax.lax.scan(sample, (jnp.zeros(d), jnp.zeros(d)), (which, defects[1:]))
     n = n_free(system)
     return share_of_peaks(worst[:n], jnp.max(jnp.abs(y[:, :n]), axis=0), system)
 
 
-def _speed(t, y: Float[Array, " d"], system: System) -> Float[Array, ""]:
-    """The line's: the reference's, and the mean of what free spins add."""
-    free = np.array(system.layout.free, int)
-    spins = np.flatnonzero(free // system.layout.n_mass == 5)
-    w = system.reference(t)[1]
-    if not spins.size:
-        return w
-    own = y[free.size + spins]
-    if system.turn is not None:
-        own = own / system.turn[free[spins] % system.layout.n_mass]
-    return w + jnp.mean(own)
+def _power(matrix: Float[Array, "d d"], n: Array) -> Float[Array, "d d"]:
+    """To a whole power, whatever that is."""
+
+    def bit(carry, i):
+        found, square = carry
+        found = jnp.where((jnp.round(n).astype(int) >> i) & 1, square @ found, found)
+        return (found, square @ square), None
+
+    return jax.lax.scan(bit, (jnp.eye(matrix.shape[0]), matrix), np.arange(10))[0][0]
+
+
+def _defects(order: int, course: Course) -> Float[Array, "nt m"]:
+    """r at the samples: `c + γ* ∇ gap`. c, N at the corrected state less what is remembered of it, is told by the
+    gap and its growth (which is what the gap is a quarter turn later): in the parts of both that the probes
+    found, row by row."""
+    assert course.gaps is not None and course.probes is not None
+    gap, growth = course.gaps[:, 0], course.gaps[:, 1]
+    found, *beside = jnp.moveaxis(course.probes, 1, 0)
+    size = [jnp.sqrt(jnp.mean(x**2, axis=0)) + 1e-300 for x in beside]
+    a, b = (x / s for x, s in zip(beside, size))
+    dot = jnp.mean(a * b, axis=0)
+    right = [jnp.mean(x * found, axis=0) for x in (a, b)]
+    both = 1.0 - dot**2 + 1e-3
+    parts = (right[0] - dot * right[1]) / both, (right[1] - dot * right[0]) / both
+    return parts[0] / size[0] * gap + (parts[1] / size[1] + left_out(order)) * growth
+
+
+def left_out(k: int) -> float:
+    """Mean over 0..1 of the polynomial that vanishes at k past steps and at s = 1, for each unit of its
+    difference: the first term that the corrector leaves out."""
+    more = np.poly(np.append(-np.arange(k, dtype=float), 1.0))
+    factorial = float(np.prod(np.arange(1.0, k + 1)))
+    return float(np.polyval(np.polyint(more), 1.0)) / factorial / (k + 1)

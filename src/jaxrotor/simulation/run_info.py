@@ -18,6 +18,7 @@ class RunInfo(eqx.Module):
     solver: str = eqx.field(static=True)
     order: int | None = eqx.field(static=True, default=None)
     substeps: int | None = eqx.field(static=True, default=None)
+    evaluations: int | None = eqx.field(static=True, default=None)
     initial: str = eqx.field(static=True, default="")
     step: Any = None
     linearised_at: Any = None

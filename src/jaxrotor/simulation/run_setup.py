@@ -1,6 +1,7 @@
 """A simulation as compiled programs take it, and the march through its samples: one for runs, sweeps and
 energy audits."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,15 +12,18 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..integrators.adaptive import adaptive_samples
-from ..integrators.defect import Defect
+from ..integrators.blocks import Blocks, blocks_of
 from ..integrators.exponential import ETD4RK, AbstractExponential, ExponentialAdams
+from ..integrators.fitted import Method, run_through
+from ..integrators.ladder import Ladder, ladder_of, rung_speeds
 from ..integrators.march import march
 from ..integrators.step_times import knots
 from ..machine.field import jacobian, n_free, vector_field
+from ..machine.line_speed import line_speed
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from .plan import Plan
-from .run_error import by_samples, run_error
+from .run_error import run_error
 from .sampling_grid import Grid, Ticking, grid_of
 from .simulation import ATOL, RTOL, Simulation
 from .solver import is_planned, solver_for, tolerances
@@ -59,7 +63,7 @@ def set_up(
     solver = solver_for(machine, simulation.solver)
     step = None
     if plan is not None:
-        solver = stepped(solver, plan.substeps, plan.order)
+        solver = stepped(solver, plan.substeps, plan.order, plan.evaluations)
     elif not is_planned(solver) and simulation.step is not None:
         step = jnp.asarray(simulation.step, float)
     rtol, atol = (
@@ -80,21 +84,30 @@ def set_up(
     )
 
 
-def stepped(solver: Any, substeps: int, order: int | None = None) -> AbstractExponential:
-    """With so many steps in a sample interval."""
+def stepped(
+    solver: Any, substeps: int, order: int | None = None, evaluations: int | None = None
+) -> AbstractExponential:
+    """With so many steps in a sample interval, and evaluations of the field in a step."""
     if isinstance(solver, ETD4RK):
         return ETD4RK(substeps, solver.linear_part)
     solver = ExponentialAdams() if solver is None else solver
-    return ExponentialAdams(order or solver.order_, substeps, solver.linear_part)
+    return ExponentialAdams(
+        order or solver.order_,
+        substeps,
+        solver.linear_part,
+        evaluations=evaluations or solver.evaluations,
+    )
 
 
 class Prepared(NamedTuple):
-    """What a march needs beside the setup. `linear`: A of the exponential solvers; `by_speed`: dA/dw, where
-    the run's error is wanted."""
+    """What a march needs beside the setup. Of `ETD4RK`, `linear`: A. Of the Adams method, the `blocks` of its
+    steps, and the `ladder` of their weights. `judged`: whether the march is to tell its error."""
 
     system: System
     linear: Float[Array, "d d"] | None
-    by_speed: Float[Array, "d d"] | None
+    blocks: Blocks | None
+    ladder: Ladder | None
+    judged: bool
 
 
 def assembled(machine: Machine, setup: RunSetup) -> tuple[System, System | None]:
@@ -105,25 +118,67 @@ def assembled(machine: Machine, setup: RunSetup) -> tuple[System, System | None]
     return assemble(machine), assemble(machine, nominal=True) if needed else None
 
 
+def linear_parts(solver: Any, balanced: System, linearised_at: Float[Array, ""]) -> Array:
+    """A of `ETD4RK`, (d, d), at that speed (rad/s); of the Adams method at each rung below twice of it,
+    (s, d, d)."""
+    if isinstance(solver, ETD4RK):
+        return jacobian(balanced, linearised_at)
+    return jax.vmap(lambda w: jacobian(balanced, w))(rung_speeds(2 * linearised_at))
+
+
 def prepare(
     system: System,
     balanced: System | None,
     setup: RunSetup,
     linear: Any = None,
     judged: bool = False,
+    extra: int = 0,
 ) -> Prepared:
-    """`linear`: A, where it is known beforehand. `judged`: whether the march is to tell its error."""
-    if not is_planned(setup.solver):
-        return Prepared(system, None, None)
-    A, w = setup.solver.linear_part if linear is None else linear, setup.linearised_at  # pyright: ignore
-    if A is not None:
-        return Prepared(system, A, jnp.zeros_like(A) if judged else None)
-    assert balanced is not None
-    if not judged:
-        return Prepared(system, jacobian(balanced, w), None)
-    A, rest = jax.vmap(lambda w: jacobian(balanced, w))(jnp.stack([w, 0.0]))
-    by_speed = jnp.where(w != 0.0, (A - rest) / jnp.where(w != 0.0, w, 1.0), 0.0)
-    return Prepared(system, A, by_speed)
+    """`linear`: as `linear_parts`, where it is known beforehand. `judged`: whether the march is to tell its
+    error. `extra`: states that follow the machine's own."""
+    solver, w = setup.solver, setup.linearised_at
+    if not is_planned(solver):
+        return Prepared(system, None, None, None, False)
+    if solver.linear_part is not None:  # pyright: ignore
+        A = solver.linear_part  # pyright: ignore
+        A, speeds = (A, w) if isinstance(solver, ETD4RK) else (A[None], w[None])
+    else:
+        A = linear_parts(solver, balanced, w) if linear is None else linear  # pyright: ignore
+        speeds = rung_speeds(2 * w)
+    A = jnp.pad(A, [(0, 0)] * (A.ndim - 2) + [(0, extra)] * 2)
+    if isinstance(solver, ETD4RK):
+        return Prepared(system, A, None, None, False)
+    ticking = ticking_of(setup, system)
+    refine = 1 if ticking is None else ticking.refine
+    interval, substeps = setup.interval / refine, -(-solver.substeps // refine)  # pyright: ignore
+    blocks = blocks_of(
+        interval,
+        (setup.count - 1) * refine,
+        substeps,
+        solver.order_,  # pyright: ignore
+        jump_times(system),
+        None if ticking is None else ticking.due,
+    )
+    # of our own A the leading rows, rates of the coordinates, are all there is
+    rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
+    of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)
+    start = system.reference(jnp.zeros(()))[1] if setup.speed is None else setup.speed
+    ladder = ladder_of(
+        speeds,
+        A,
+        interval / substeps,
+        solver.order_,
+        rows,
+        blocks,
+        of_parts,
+        start,  # pyright: ignore
+    )
+    return Prepared(system, None, blocks, ladder, judged)
+
+
+def ticking_of(setup: RunSetup, system: System) -> Ticking | None:
+    d = 2 * n_free(system) + system.n_states()
+    return None if setup.grid is None else Ticking(setup.grid, system, setup.count, d)
 
 
 class Marched(NamedTuple):
@@ -146,13 +201,15 @@ def march_through(
     """From `y0` through the samples. States of `field` beyond the machine's own follow it (accounts of
     energy). `watch`: what is kept of a block of instants and states, in place of these. `told`: samples are
     handed over while they come."""
-    system, samples, jumps = prepared.system, setup.times, jump_times(prepared.system)
+    system, samples = prepared.system, setup.times
+    ticking = ticking_of(setup, system)
+    if prepared.ladder is not None:
+        return _by_blocks(prepared, setup, field, y0, ticking, watch, told)
+    jumps = jump_times(system)
     terms = diffrax.ODETerm(field)  # pyright: ignore[reportArgumentType]
-    d = 2 * n_free(system) + system.n_states()
-    extra = y0.size - d
-    ticking = None if setup.grid is None else Ticking(setup.grid, system, setup.count, d)
     if prepared.linear is not None:
-        return _planned(prepared, setup, terms, samples, jumps, y0, extra, ticking, watch, told)
+        return _by_single_steps(prepared, setup, terms, samples, jumps, y0, ticking, watch, told)
+    extra = y0.size - 2 * n_free(system) - system.n_states()
     relative, absolute = tolerances(system, setup.tolerances[0], setup.tolerances[1], extra)
     y, steps = adaptive_samples(
         setup.solver,
@@ -171,46 +228,44 @@ def march_through(
     return Marched(y if watch is None else watch(samples, y), steps, None)
 
 
-def _planned(
-    prepared: Prepared, setup: RunSetup, terms, samples, jumps, y0, extra: int, ticking, watch, told
+def _by_blocks(prepared: Prepared, setup: RunSetup, field, y0, ticking, watch, told) -> Marched:
+    system, blocks, ladder = prepared.system, prepared.blocks, prepared.ladder
+    assert blocks is not None and ladder is not None
+    refine = 1 if ticking is None else ticking.refine
+    course = run_through(
+        lambda t, y: field(t, y, system),
+        ladder,
+        dataclasses.replace(blocks, samples=blocks.samples[::refine]),
+        lambda t, y: line_speed(t, y, system),
+        y0,
+        Method(setup.solver.evaluations, prepared.judged),  # pyright: ignore
+        None if ticking is None else ticking.tick,
+        watch,
+        told,
+    )
+    steps = jnp.asarray((setup.count - 1) * setup.solver.substeps)  # pyright: ignore
+    error = None
+    if prepared.judged:
+        error = run_error(ladder, course, setup.times, system)
+    return Marched(course.kept, steps, error)
+
+
+def _by_single_steps(
+    prepared: Prepared, setup: RunSetup, terms, samples, jumps, y0, ticking, watch, told
 ) -> Marched:
-    solver, system = setup.solver, prepared.system
-    A = jnp.pad(prepared.linear, ((0, extra), (0, extra)))  # pyright: ignore
+    solver, system, A = setup.solver, prepared.system, prepared.linear
     coarse, steps = samples.shape[0], (setup.count - 1) * solver.substeps  # pyright: ignore
     if ticking is not None:
         samples = ticking.fine(samples)
         solver = stepped(solver, -(-solver.substeps // ticking.refine))  # pyright: ignore
     at = knots(samples, jumps)
-    # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
-    if isinstance(solver, ETD4RK):
-        solver = ETD4RK(solver.substeps, A, at.lengths, rows)
-    else:
-        solver = ExponentialAdams(solver.order_, solver.substeps, A, at.lengths, rows)  # pyright: ignore
+    solver = ETD4RK(solver.substeps, A, at.lengths, rows)  # pyright: ignore
     state = solver.init(terms, samples[0], samples[1], y0, system)
-    judged = prepared.by_speed is not None
-    if judged:
-        none = Defect.none(y0.size - rows)
-        state = eqx.tree_at(lambda s: s.memory.defect, state, none, is_leaf=lambda x: x is None)
     ticks = None
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
-    knots_wanted = at._replace(samples=wanted)
-    found = march(solver, terms, knots_wanted, y0, system, state, told, ticks, watch)
-    if not judged:
-        return Marched(jax.tree.map(lambda x: x[wanted], found), jnp.asarray(steps), None)
-    y, defects = found
-    error = run_error(
-        solver.flow(state),
-        (samples[1] - samples[0]) / solver.substeps,
-        solver.substeps,
-        prepared.by_speed,  # pyright: ignore
-        setup.linearised_at,
-        samples,
-        y[at.samples],
-        by_samples(at, defects),
-        system,
-    )
-    return Marched(y[wanted], jnp.asarray(steps), error)
+    found = march(solver, terms, at._replace(samples=wanted), y0, system, state, told, ticks, watch)
+    return Marched(jax.tree.map(lambda x: x[wanted], found), jnp.asarray(steps), None)

@@ -113,7 +113,9 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
         else:  # what speed a line without a drive reaches is known when it has run
             info = simulate(machine, simulation, progress=False).info
             numbers = (info.linearised_at, info.planned_top_speed, info.pilot_error, info.tolerance)
-            step = Plan(info.substeps or 1, info.order or 6, *map(float, numbers))
+            step = Plan(
+                info.substeps or 1, info.order or 6, *map(float, numbers), info.evaluations or 1
+            )
     return dataclasses.replace(simulation, solver=solver, step=step, tolerance=None)
 
 
@@ -135,6 +137,7 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
     for turn in range(_PLANS):
         info = RunInfo(
             name,
+            evaluations=plan.evaluations,
             order=plan.order if name == "ExponentialAdams" else 4,
             substeps=plan.substeps,
             initial=simulation.start,
@@ -158,7 +161,8 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
         if faster is not None:
             # a line that no drive holds found a speed of its own: plan for that
             t_end, rate = simulation.t_end, simulation.sample_rate
-            plan = find_plan(machine, t_end, rate, faster, plan.tolerance, plan.order)
+            steady = simulation.start == "steady"
+            plan = find_plan(machine, t_end, rate, faster, plan.tolerance, plan.order, steady)
         elif plan.tolerance < error < float("inf"):
             plan = refined(plan, error)  # something moved that no pilot saw
         else:

@@ -19,7 +19,14 @@ from ..simulation.checks import initial_speed
 from ..simulation.judging import STEADY_GAP
 from ..simulation.response import Response
 from ..simulation.run_info import RunInfo
-from ..simulation.run_setup import RunSetup, assembled, march_through, prepare, stepped
+from ..simulation.run_setup import (
+    RunSetup,
+    assembled,
+    linear_parts,
+    march_through,
+    prepare,
+    stepped,
+)
 from ..simulation.solver import is_planned
 from ..simulation.start import start
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
@@ -33,14 +40,14 @@ class Setup(eqx.Module):
     machine: Machine
     outputs: dict[str, Any]
     run: RunSetup
-    linear: Float[Array, "d d"] | None
+    linear: Float[Array, "... d d"] | None
 
 
-def with_steps(setup: Setup, steps: int) -> Setup:
-    """Of an exponential solver, so many in a sample interval."""
+def with_steps(setup: Setup, steps: int, evaluations: int | None = None) -> Setup:
+    """Of an exponential solver, so many in a sample interval, with so many evaluations each."""
     if not is_planned(setup.run.solver):
         return setup
-    solver = stepped(setup.run.solver, steps)
+    solver = stepped(setup.run.solver, steps, None, evaluations)
     return dataclasses.replace(setup, run=dataclasses.replace(setup.run, solver=solver))
 
 
@@ -180,10 +187,7 @@ def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray])
     return True
 
 
-def linear_part(machine: Machine, speed: Any) -> Array:
-    return _linear(machine, jnp.asarray(speed))
-
-
 @eqx.filter_jit
-def _linear(machine: Machine, speed):
-    return jacobian(assemble(machine, nominal=True), speed)
+def linear_part(machine: Machine, run: RunSetup) -> Array:
+    """As `linear_parts` has it."""
+    return linear_parts(run.solver, assemble(machine, nominal=True), run.linearised_at)

@@ -47,7 +47,7 @@ def batched(
     def run(machine: Machine) -> dict[str, Array]:
         ready = dataclasses.replace(setup, machine=machine)
         if setup.linear is not None and not own:
-            A = linear_part(placed(machine, first), setup.run.linearised_at)
+            A = linear_part(placed(machine, first), setup.run)
             ready = dataclasses.replace(ready, linear=A)
         return jax.vmap(lambda one: member(ready, one).values)(values)
 

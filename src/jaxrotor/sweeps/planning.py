@@ -13,7 +13,7 @@ from ..machine.machine import Machine
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
-from ..simulation.pilot import find_plan, pilot, plan_for
+from ..simulation.pilot import begins_abruptly, find_plan, pilot, plan_for
 from ..simulation.plan import BUCKETS, Plan, fewest
 from ..simulation.prescribed import Prescribed, looks, prescribed
 from ..simulation.simulation import Simulation
@@ -33,11 +33,12 @@ _SCOUTS, _ROUNDS = 64, 4
 
 class Steps(NamedTuple):
     """`substeps`: (n,) of each machine, `NO_STEP` where none is found, 0 where the solver chooses. `speed`:
-    rad/s, at which all are linearised. `reason`: why some have none."""
+    rad/s, at which all are linearised. `reason`: why some have none. `evaluations`: of the field in a step."""
 
     substeps: np.ndarray
     speed: float
     reason: str = ""
+    evaluations: int = 1
 
 
 def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
@@ -46,7 +47,7 @@ def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
     own = float(initial_speed(first, simulation.initial, simulation.speed))
     ones, step, rate = np.ones(len(cases), int), simulation.step, simulation.sample_rate
     if isinstance(step, Plan):
-        return Steps(ones * step.substeps, step.speed)
+        return Steps(ones * step.substeps, step.speed, evaluations=step.evaluations)
     given = prescribed_of(setup.machine, cases.values, looks(simulation.t_end))
     when, top = _top_speeds(given, simulation.t_end, own)
     good = np.isfinite(top) & (top / rate < 0.25 * _MOST_STEPS)
@@ -56,15 +57,19 @@ def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
         row = int(np.argmax(np.where(good, top, -1.0)))
         fastest = row_of(setup.machine, cases.values, row)
         planned = plan_for(fastest, simulation, own)
-        return Steps(ones * planned.substeps, planned.speed)
+        return Steps(ones * planned.substeps, planned.speed, evaluations=planned.evaluations)
     if not setup.machine.is_driven:
         top = _reached(setup, cases, simulation, top, good)
     planned, good = _planned(setup, cases, simulation, top, good)
     swing = np.asarray(given.frequency)[good]
     least = fewest(float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 1.0 / rate)
     planned = dataclasses.replace(planned, substeps=max(planned.substeps, least))
-    substeps, reason = _substeps(setup.machine, cases.values, planned, when, 1.0 / rate, good)
-    return Steps(substeps, planned.speed, reason)
+    steady = simulation.start == "steady"
+    abrupt = begins_abruptly(given, planned.top_speed, own, steady)
+    substeps, reason = _substeps(
+        setup.machine, cases.values, planned, when, abrupt, 1.0 / rate, good
+    )
+    return Steps(substeps, planned.speed, reason, planned.evaluations)
 
 
 def row_of(machine: Machine, values: dict[str, np.ndarray], row: int) -> Machine:
@@ -105,7 +110,8 @@ def _planned(setup: Setup, cases: Cases, simulation: Simulation, top, good):
             break
         machine = row_of(setup.machine, cases.values, row)
         try:
-            return find_plan(machine, t_end, rate, float(top[row]), tolerance, order), good
+            steady = simulation.start == "steady"
+            return find_plan(machine, t_end, rate, float(top[row]), tolerance, order, steady), good
         except (InputError, ConvergenceError) as found:
             error, good[row] = error or found, False
     raise error if error else ConvergenceError("cases: none of them has a finite speed")
@@ -126,7 +132,7 @@ def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> n
         planned, _ = _planned(setup, cases, simulation, top, good)
         run = dataclasses.replace(setup.run, linearised_at=jnp.asarray(planned.speed))
         scout = dataclasses.replace(setup, outputs=seen, run=run)
-        scout = with_steps(scout, planned.substeps)
+        scout = with_steps(scout, planned.substeps, planned.evaluations)
         found = []
         for first in range(0, few.size, size):
             rows = few[first : first + size]
@@ -145,14 +151,14 @@ def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> n
 
 
 @eqx.filter_jit
-def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, order: int):
+def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
     def one(own, when):
-        return pilot(placed(machine, own), when, at[0], at[1], at[2], order)
+        return pilot(placed(machine, own), when, *at, plan.order, plan.evaluations)
 
     return jax.vmap(one)(values, when)
 
 
-def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
+def _substeps(machine: Machine, values, plan: Plan, when, abrupt: bool, interval, good):
     """Steps in a sample interval that each machine needs for the plan's tolerance: the plan's own, or
     more; and why some have none. Each is tried in a pilot at the plan's top speed with the plan's step,
     then those that miss the tolerance with the next finer one."""
@@ -160,12 +166,12 @@ def _substeps(machine: Machine, values, plan: Plan, when, interval, good):
     left = np.flatnonzero(good)
     batch = min(good.size, rows_at_once(machine))
     for size in [size for size in BUCKETS if size >= plan.substeps] or [plan.substeps]:
-        at = [jnp.asarray(x) for x in (interval, size, plan.top_speed)]
+        at = [jnp.asarray(x) for x in (abrupt, interval / size, 2 * plan.speed)]
         errors = []
         for first in range(0, left.size, batch):
             rows = left[np.minimum(np.arange(first, first + batch), left.size - 1)]
             own = _rows(values, rows, batch)
-            got = np.asarray(_pilots(machine, own, jnp.asarray(when[rows]), at, plan.order))
+            got = np.asarray(_pilots(machine, own, jnp.asarray(when[rows]), at, plan))
             errors.append(got[: left.size - first])
         fine = np.concatenate(errors) <= plan.tolerance
         found[left[fine]] = size

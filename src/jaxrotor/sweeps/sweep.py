@@ -160,7 +160,8 @@ def _planned(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
 def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
     """With the linear part, if all share one."""
     run = dataclasses.replace(setup.run, linearised_at=jnp.asarray(steps.speed, float))
-    setup, solver = dataclasses.replace(setup, run=run), run.solver
+    setup = dataclasses.replace(setup, run=run)
+    setup, solver = with_steps(setup, 1, steps.evaluations), run.solver
     if not steps.substeps.any() or not is_planned(solver):
         return setup
     own = getattr(solver, "linear_part", None)
@@ -168,7 +169,7 @@ def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
         return dataclasses.replace(setup, linear=jnp.asarray(own))
     if shares_linear(setup.machine, steps.speed, cases.values):
         first = row_of(setup.machine, cases.values, 0)
-        setup = dataclasses.replace(setup, linear=linear_part(first, steps.speed))
+        setup = dataclasses.replace(setup, linear=linear_part(first, setup.run))
     return setup
 
 

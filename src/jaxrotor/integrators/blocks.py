@@ -1,0 +1,263 @@
+"""A run as a list of blocks of steps: every block has steps of one length, by one set of weights.
+
+A run's instants are a grid of equal intervals, with `substeps` steps in each, and jumps in force between them
+at instants that may be traced. Between two instants where the history of N is lost (jumps; clocks that tick)
+lies a stretch: whole intervals by regular steps, or the part of an interval on one side of a jump, by as many
+shorter ones. Each begins with the short steps by which its history fills.
+"""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from .fitted_weights import FirstSteps, first_steps
+
+# Steps in a block: inside one the weights stay, in reverse mode the states at the blocks' starts are kept.
+LENGTH = 24
+# Where clocks tick stretches are short.
+_SHORT = 4
+
+
+class Pattern(NamedTuple):
+    """The blocks by which a history of `order` values fills; in steps of the stretch.
+
+    Of each block: `offset` of its begin, the length `step` of its `count` steps, the `kind` of their weights,
+    and whether its `end` is that of a regular step. The first evaluates N where the stretch begins. `upto`:
+    blocks that are needed for so many steps.
+    """
+
+    steps: FirstSteps
+    offset: np.ndarray
+    step: np.ndarray
+    count: np.ndarray
+    kind: np.ndarray
+    end: np.ndarray
+    upto: np.ndarray
+
+
+def filling(order: int, longest: int) -> Pattern:
+    """`longest`: steps in a block."""
+    first = first_steps(order)
+    rows: list[list[Any]] = [[0.0, 0.0, 1, -1, False]]
+    begin = np.concatenate([[0.0], first.ends[:-1]])
+    for a, b, kind in zip(begin, first.ends, first.which):
+        last = rows[-1]
+        if kind == last[3] and last[2] < longest and not last[4]:
+            last[2] += 1
+        else:
+            rows.append([a, b - a, 1, int(kind), False])
+        rows[-1][4] = b % 1 == 0
+    offset, step, count, kind, end = (np.array(x) for x in zip(*rows))
+    upto = np.array([1] + [int(np.sum(offset < p)) for p in range(1, order)])
+    return Pattern(first, offset, step, count, kind, end, upto)
+
+
+class Blocks(eqx.Module):
+    """Of each block: `begin` (s), length `step` (s) and number `count` of its steps; `kind` of the weights: -2
+    for regular ones, -1 for none (N is evaluated where the stretch begins), else that of `first_steps`;
+    `odd`: which part of an interval beside a jump it belongs to, -1 for whole intervals; `opens`: whether
+    it is a stretch's first block, `filled`: its first regular one; `ends`: whether it ends at a regular step
+    while the history fills; `piece`, (n, 2), the first and the last instant at which the force may be looked
+    at; `ticks`: the clocks that tick at its begin.
+
+    `samples`: where the grid's instants are among the states at each block's begin and after each of `length`
+    steps. `used`: blocks that something happens in, the others follow. `lengths`: of a step in each part of
+    an interval, s; `starts`: when these begin.
+    """
+
+    begin: Float[Array, " n"]
+    step: Float[Array, " n"]
+    count: Int[Array, " n"]
+    kind: Int[Array, " n"]
+    odd: Int[Array, " n"]
+    opens: Bool[Array, " n"]
+    filled: Bool[Array, " n"]
+    ends: Bool[Array, " n"]
+    piece: Float[Array, "n 2"] | None
+    ticks: Bool[Array, "n c"] | None
+    samples: Int[Array, " g"]
+    used: Int[Array, ""]
+    lengths: Float[Array, " o"]
+    starts: Float[Array, " o"]
+    length: int = eqx.field(static=True)
+
+    @property
+    def per_block(self) -> tuple:
+        """What a block is made by."""
+        times = (self.begin, self.step, self.count, self.kind, self.odd)
+        return *times, self.opens, self.filled, self.ends, self.piece, self.ticks
+
+    @property
+    def single(self) -> bool:
+        """Whether there is but one stretch."""
+        return self.ticks is None and not self.lengths.size
+
+
+class _Stretches(NamedTuple):
+    """In order of time: `begin` (s), length of a `step` (s), number of `steps`, blocks (`rows`), jumps that are
+    `passed`, the grid's instant where it begins, and which part of an interval it is, or -1."""
+
+    begin: Any
+    step: Any
+    steps: Any
+    rows: Any
+    passed: Any
+    instant: Any
+    odd: Any
+
+
+def blocks_of(
+    interval: Float[Array, ""],
+    intervals: int | Array,
+    substeps: int | Array,
+    order: int,
+    jumps: Float[Array, " j"],
+    ticks: Bool[np.ndarray, "g c"] | None = None,
+    length: int = LENGTH,
+    room: tuple[int, int] | None = None,
+) -> Blocks:
+    """From t = 0 through so many intervals (s). `ticks`: which clocks tick at the grid's instants. Jumps outside
+    the run are moved to its ends, where they do nothing. `room`: the most intervals, and steps in all, where
+    their numbers are traced."""
+    count, n, G = jumps.shape[0], substeps, intervals
+    most, steps_in_all = room or (G, G * n)
+    due = np.zeros(0, int)
+    if ticks is not None:
+        due = np.flatnonzero(ticks.any(axis=1))
+        due, length = due[due > 0], min(length, max(_SHORT, order))
+    pattern = filling(order, length)
+    # without jumps all is known beforehand
+    xp: Any = jnp if count or room else np
+    last = G * interval
+    # chosen, not clipped: at the very end a clip has half a derivative
+    inside = jnp.sort(jnp.where(jumps < 0.0, 0.0, jnp.where(jumps > last, last, jumps)))
+    cells = xp.zeros(0, int)
+    if count:
+        at = jax.lax.stop_gradient(inside / interval)
+        cells = jnp.clip(jnp.floor(at * (1 + 1e-15)), 0, G - 1).astype(int)
+
+    def rows_of(steps):
+        more = -(-xp.maximum(steps - (order - 1), 0) // length)
+        return xp.asarray(pattern.upto)[xp.minimum(steps, order - 1)] + more
+
+    whole = _whole_intervals(xp, due, cells, G, n, interval, rows_of)
+    first, total = (
+        whole.instant,
+        int(rows_of_most(pattern, steps_in_all, length, due.size + 1 + count)),
+    )
+    stretches = whole
+    if count:
+        parts = _parts(inside, cells, G, n, interval, rows_of)
+        stretches = _Stretches(*(jnp.concatenate(x) for x in zip(whole, parts)))
+        in_part = rows_of_most(pattern, room and steps_in_all or n, length, 1)
+        total += 2 * count * int(in_part)
+        sequence = jnp.argsort(jax.lax.stop_gradient(stretches.begin), stable=True)
+        stretches = _Stretches(*(x[sequence] for x in stretches))
+        place = jnp.argsort(sequence)[: first.shape[0]]
+    else:
+        place = np.arange(first.shape[0])
+    behind = xp.cumsum(stretches.rows)
+    if xp is np:
+        total = int(behind[-1])
+    top = (behind - stretches.rows)[place]
+
+    row = np.arange(total)
+    mine = xp.minimum(xp.searchsorted(behind, row, side="right"), behind.shape[0] - 1)
+    own = _Stretches(*(x[mine] for x in stretches))
+    b = row - (behind - stretches.rows)[mine]
+    used = row < behind[-1]
+    fills = xp.asarray(pattern.upto)[xp.minimum(own.steps, order - 1)]
+    regular = b >= fills
+    at = xp.minimum(b, len(pattern.kind) - 1)
+
+    def told(those, other):
+        return xp.where(regular, other, xp.asarray(those)[at])
+
+    done = order - 1 + (b - fills) * length
+    counts = told(pattern.count, xp.clip(own.steps - done, 0, length))
+    piece = None
+    if count:
+        none = jnp.full(1, jnp.inf)
+        after = jnp.concatenate([-none, eqxi.nextafter(inside)])
+        until = jnp.concatenate([eqxi.prevbefore(inside), none])
+        piece = jax.lax.stop_gradient(jnp.stack([after, until], axis=1))[own.passed]
+    opens = used & (b == 0)
+    own_ticks = None
+    if ticks is not None:
+        own_ticks = xp.asarray(ticks)[own.instant] & (opens & (own.odd < 0))[:, None]
+    of_rows = (
+        own.begin + told(pattern.offset, done) * own.step,
+        told(pattern.step, 1.0) * own.step,
+        xp.where(used, counts, 0),
+        told(pattern.kind, -2),
+        own.odd,
+        opens,
+        regular & (b == fills),
+        told(pattern.end, False),
+    )
+    samples = _samples(xp, pattern, first, top, G, most, n, order, length)
+    return Blocks(
+        *(jnp.asarray(x) for x in of_rows),
+        piece,
+        None if own_ticks is None else jnp.asarray(own_ticks),
+        jnp.asarray(samples),
+        jnp.asarray(behind[-1]),
+        parts.step if count else jnp.zeros(0),
+        parts.begin if count else jnp.zeros(0),
+        length,
+    )
+
+
+def rows_of_most(pattern: Pattern, steps: int, length: int, stretches: int) -> int:
+    """Blocks that so many steps have at most, in so many stretches."""
+    return stretches * (int(pattern.upto[-1]) + 1) + -(-steps // length)
+
+
+def _whole_intervals(xp, due, cells, G, n, interval, rows_of) -> _Stretches:
+    """From the start, from each tick, and from behind each interval with a jump."""
+    first = xp.sort(xp.concatenate([np.array([0]), due, cells + 1]))
+    to_tick = xp.append(xp.asarray(due), G)[xp.searchsorted(due, first, side="right")]
+    to_jump = xp.append(cells, G)[xp.searchsorted(cells, first, side="left")]
+    again = xp.concatenate([first[:-1] == first[1:], np.array([False])])
+    steps = xp.where(again, 0, xp.maximum(xp.minimum(to_tick, to_jump) - first, 0) * n)
+    rows = xp.where(again, 0, rows_of(steps))
+    passed = xp.searchsorted(cells, first, side="left")
+    step = xp.ones(first.shape) * interval / n
+    return _Stretches(first * interval, step, steps, rows, passed, first, xp.full(first.shape, -1))
+
+
+def _parts(inside, cells, G, n, interval, rows_of) -> _Stretches:
+    """Of intervals: before each jump, where it is the first in its interval, and behind it."""
+    count = cells.shape[0]
+    end = jnp.minimum((cells + 1) * interval, G * interval)
+    cut = jnp.concatenate([inside[1:], jnp.full(1, jnp.inf)])
+    before = jnp.concatenate([jnp.full(1, True), cells[1:] != cells[:-1]])
+    begin = jnp.stack([jnp.where(before, cells * interval, inside), inside], axis=1).ravel()
+    ends = jnp.stack([inside, jnp.where(cut < end, cut, end)], axis=1).ravel()
+    used = jnp.stack([before, jnp.full(count, True)], axis=1).ravel()
+    which = jnp.arange(2 * count)
+    steps = jnp.full(2 * count, n)
+    rows = jnp.where(used, rows_of(steps), 0)
+    none = jnp.zeros(2 * count, int)
+    return _Stretches(begin, (ends - begin) / n, steps, rows, (which + 1) // 2, none, which)
+
+
+def _samples(xp, pattern: Pattern, first, top, G, most: int, n, order: int, length: int):
+    """Each instant of the grid lies in the last stretch of whole intervals that begins before or at it. Behind
+    the end the last one stands."""
+    instants = xp.minimum(np.arange(most + 1), G)
+    stretch = xp.searchsorted(first, instants, side="right") - 1
+    p = (instants - first[stretch]) * n
+    ending = xp.asarray(np.flatnonzero(pattern.end))  # the block that ends with the p-th step
+    early = ending[xp.clip(p - 1, 0, order - 2)]
+    late = xp.maximum(p - order, 0)
+    block = xp.where(p < order, early, int(pattern.upto[-1]) + late // length)
+    slot = xp.where(p < order, xp.asarray(pattern.count)[early], late % length + 1)
+    at_begin = p == 0
+    block, slot = xp.where(at_begin, 0, block), xp.where(at_begin, 0, slot)
+    return (top[stretch] + block) * (length + 1) + slot

@@ -1,0 +1,159 @@
+"""The weights of a run: linearisations at rising speeds, and of each what weights are mixed from.
+
+A goes with the speed, so that one evaluation a step is stable; what is left of its change follows a correction
+(`Rung.follow`). The pair that weights are fitted to goes with the speed in finer steps than A: it costs little,
+and accuracy hangs on it.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .blocks import Blocks
+from .fitted_weights import (
+    FittedWeights,
+    Moments,
+    first_steps,
+    fitted_mix,
+    moments,
+    polynomial_mix,
+    turn_of,
+    weights_of,
+)
+
+# Linearisations over the range of speeds, and fits about each of them.
+RUNGS, _FITS = 4, 16
+
+
+def rung_speeds(top: Float[Array, ""], rungs: int = RUNGS) -> Float[Array, " s"]:
+    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed)."""
+    # at a standstill the slopes still need a distance
+    top = jnp.where(top == 0.0, 1.0, top)
+    return top * (np.arange(rungs) + 0.5) / rungs
+
+
+class Ladder(eqx.Module):
+    """`speeds` (rad/s) of the linearisations `A`, whose change for each rad/s is `slopes`; then those of the parts
+    of intervals beside jumps, `A` and `slopes` alike.
+
+    `moments`: of regular steps at each A, of the short steps of the start, and of no step at all. `mixes`: for
+    the fits of each rung, at `turns` (rad), of the start, by powers alone, and none.
+    """
+
+    speeds: Float[Array, " s"]
+    turns: Float[Array, "s f"]
+    h: Float[Array, ""]
+    A: Float[Array, "a d d"]
+    slopes: Float[Array, "a m d"]
+    moments: Moments
+    mixes: tuple[Float[Array, "x k q"], Float[Array, "x q"], Float[Array, "x k"]]
+    order: int = eqx.field(static=True)
+    chains: int = eqx.field(static=True)
+
+    def nearest(self, speed: Float[Array, ""]) -> Array:
+        return jnp.argmin(jnp.abs(self.speeds - speed))
+
+    def linearisation(self, rung, odd) -> Array:
+        """Which A a block goes by."""
+        return jnp.where(odd < 0, rung, self.speeds.size + odd)
+
+    def weights(self, rung, odd, kind, speed) -> FittedWeights:
+        steps = first_steps(self.order)
+        levels = _levels(steps)
+        rungs, fits = self.turns.shape
+        regular = self.A.shape[0]
+        at = self.linearisation(rung, odd)
+        chain = jnp.where(odd < 0, jnp.minimum(rung, self.chains - 1), self.chains + odd)
+        start = jnp.maximum(kind, 0)
+        which = jnp.where(
+            kind == -2, at, regular + chain * max(levels) + max(levels) - jnp.asarray(levels)[start]
+        )
+        which = jnp.where(kind == -1, self.moments.flow.shape[0] - 1, which)
+        turn = turn_of(speed, self.h)
+        fit = rung * fits + jnp.argmin(jnp.abs(self.turns[rung] - turn))
+        first = rungs * fits
+        mix = jnp.where(odd < 0, fit, first + len(levels))
+        mix = jnp.where(
+            kind == -2, mix, jnp.where(kind == -1, first + len(levels) + 1, first + start)
+        )
+        own = jax.tree.map(lambda x: x[which], self.moments)
+        return weights_of(own, *(x[mix] for x in self.mixes))
+
+    def follow(self, at, rung, odd, speed, weights: FittedWeights) -> Float[Array, "m m"]:
+        """By how much N changes with a correction, for each unit of the gap that is corrected."""
+        off = jnp.where(odd < 0, speed - self.speeds[rung], 1.0)
+        return (off * self.slopes[at]) @ weights.correct
+
+
+def _levels(steps) -> list[int]:
+    """By how many halvings of a regular step each kind of first step is as short as it is."""
+    return [round(-np.log2(length)) for length, _ in steps.kinds]
+
+
+def ladder_of(
+    speeds: Float[Array, " s"],
+    A: Float[Array, "s d d"],
+    h: Float[Array, ""],
+    order: int,
+    exact_rows: int,
+    blocks: Blocks | None = None,
+    speeds_of_parts: Float[Array, " o"] | None = None,
+    start: Float[Array, ""] | float = 0.0,
+) -> Ladder:
+    """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at `speeds_of_parts`. `start`: the
+    speed at the start, which is all there is of a start where nothing jumps."""
+    s, d, _ = A.shape
+    steps = first_steps(order)
+    levels = _levels(steps)
+    near = turn_of(speeds, h)
+    single = blocks is None or blocks.single
+    slopes = _slopes(speeds, A)[:, exact_rows:]
+
+    def chain(x):
+        own = moments(*x, order, exact_rows, max(levels))
+        return jax.tree.map(lambda x: x[-1], own), jax.tree.map(lambda x: x[:-1], own)
+
+    regular, starting = jax.lax.map(chain, (A, jnp.broadcast_to(h, speeds.shape), near))
+    if single:
+        first = jnp.argmin(jnp.abs(speeds - start))
+        starting = jax.tree.map(lambda x: x[first][None], starting)
+    chains = 1 if single else s
+    if blocks is not None and blocks.lengths.size:
+        at = jnp.argmin(jnp.abs(speeds[:, None] - speeds_of_parts), axis=0)
+        own = (A[at], blocks.lengths, jnp.zeros(blocks.lengths.size))
+        parts = jax.lax.map(chain, own)
+        regular, starting = jax.tree.map(
+            lambda a, b: jnp.concatenate([a, b]), (regular, starting), parts
+        )
+        off = (speeds_of_parts - speeds[at])[:, None, None]
+        A, slopes = jnp.concatenate([A, A[at]]), jnp.concatenate([slopes, off * slopes[at]])
+    none = Moments(jnp.eye(d)[None], jnp.zeros((1, *regular.mean.shape[1:])))
+    flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), starting)
+    every = jax.tree.map(lambda *x: jnp.concatenate(x), regular, flat, none)
+
+    turns = turn_of(_about(speeds), h)
+    fits = jax.vmap(lambda turn, near: fitted_mix(turn, order, near), in_axes=(0, 0))(
+        turns.ravel(), jnp.repeat(near, turns.shape[1])
+    )
+    known = [polynomial_mix(np.array(points), order) for _, points in steps.kinds]
+    known.append(polynomial_mix(-np.arange(float(order)), order))
+    known.append(jax.tree.map(np.zeros_like, known[-1]))
+    mixes = tuple(jnp.concatenate([a, np.stack(b)]) for a, b in zip(fits, zip(*known)))
+    return Ladder(speeds, turns, h, A, slopes, every, jax.lax.stop_gradient(mixes), order, chains)
+
+
+def _about(speeds: Float[Array, " s"]) -> Float[Array, "s f"]:
+    """Speeds about each of them, as far as the next ones, and from the last as far again."""
+    apart = speeds[-1] - speeds[-2] if speeds.size > 1 else 2 * speeds[0]
+    return jnp.abs(speeds[:, None] + apart * (np.arange(_FITS) / (_FITS - 1) * 1.5 - 0.75))
+
+
+def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
+    """dA/dw at each of the speeds, by those beside it."""
+    n = speeds.size
+    if n == 1:
+        return jnp.zeros_like(A)
+    above, below = np.minimum(np.arange(n) + 1, n - 1), np.maximum(np.arange(n) - 1, 0)
+    return (A[above] - A[below]) / (speeds[above] - speeds[below])[:, None, None]
