@@ -53,14 +53,12 @@ def turning_powers(
     x^n/n!. By its series: the closed form loses all digits where `turn x` is small. Up to 8 rad it has
     twelve digits.
     """
-    square = -((turn * x) ** 2)
-    out = []
-    for n in range(first, first + count):
-        total = 1.0
-        for l in range(_TURN_TERMS, 0, -1):
-            total = 1.0 + total * square / ((n + 2 * l - 1) * (n + 2 * l))
-        out.append(x**n / float(factorial(n)) * total)
-    return jnp.stack(out)
+    n = np.arange(first, first + count).reshape(-1, *[1] * jnp.ndim(x))
+    square, total = -((turn * x) ** 2), 1.0
+    for l in range(_TURN_TERMS, 0, -1):
+        total = 1.0 + total * square / ((n + 2 * l - 1) * (n + 2 * l))
+    factorials = np.cumprod([1.0, *range(1, first + count)])[first:].reshape(n.shape)
+    return x**n / factorials * total
 
 
 def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:

@@ -122,7 +122,7 @@ def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
     prepared = prepare(system, balanced, setup, extra=2)
-    y = march_through(prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
+    y = march_through(system, prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
     kinetic, elastic, potential = stored(setup.times, y[:, :d])
     return EnergyAudit(setup.times, kinetic, elastic, potential, y[:, d], y[:, d + 1])

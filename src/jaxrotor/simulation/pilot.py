@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -31,6 +31,8 @@ from .simulation import Simulation, as_simulation, end_or_simulation
 _STEPS = 96
 # Part of its highest speed from which on a line counts as turning when it starts.
 _SLOW = 0.25
+# Plans that are kept.
+_KEPT = 64
 # Steps in a sample, at most.
 _MOST = 8192
 # Instants at which pilots run, at most.
@@ -54,11 +56,11 @@ def plan(
 ) -> Plan:
     """The number of steps in a sample interval that keeps the error below `tolerance` (by default 5e-5).
 
-    A first guess turns the machine, and the fastest of what is given in time, by a quarter radian a step
-    at the highest speed that its drive reaches (or at `speed`). Pilots then run 64 samples at that speed
-    with this step and with half of it, under the loads as they are there and behind jumps, and the step is
-    refined until their difference, as part of each coordinate's peak, is below `tolerance`. What no pilot
-    sees, `simulate` finds in the finished run.
+    A first guess turns the machine, and the fastest of what is given in time, by a radian a step at the
+    highest speed that its drive reaches (or at `speed`). Pilots then run a hundred steps at that speed with
+    this step and with half of it, under the loads as they are there and behind jumps, and the step is refined
+    until their difference, as part of each coordinate's peak, is below `tolerance`. What no pilot sees,
+    `simulate` finds in the finished run. A plan that was found is kept: the same is not planned twice.
 
     `t_end` (s) may be a whole `Simulation`, which brings the rest. Raises `InputError` for wrong input and
     for a traced machine (plan first, then `jit`), `ConvergenceError` where no step is found.
@@ -66,44 +68,70 @@ def plan(
     simulation = as_simulation(
         t_end, dict(sample_rate=sample_rate, speed=speed, tolerance=tolerance)
     )
-    return find_plan(
-        machine,
-        simulation.t_end,
-        simulation.sample_rate,
-        simulation.speed,
-        simulation.planned_tolerance,
-        order or simulation.order,
-        simulation.start == "steady",
-    )
+    asked = Asked.of(simulation, simulation.speed)
+    return find_plan(machine, asked if order is None else asked._replace(order=order))
 
 
-def find_plan(
-    machine: Machine,
-    t_end: float,
-    sample_rate: float,
-    speed: Any,
-    tolerance: float,
-    order: int,
-    steady: bool = False,
-) -> Plan:
-    """`steady`: whether the run starts on its periodic whirl."""
+class Asked(NamedTuple):
+    """What a plan is for. `speed`: at the start, or reached, rad/s. `steady`: whether the run starts on its
+    periodic whirl."""
+
+    t_end: float
+    sample_rate: float
+    speed: float | None
+    tolerance: float
+    order: int
+    steady: bool
+
+    @classmethod
+    def of(cls, simulation: Simulation, speed: Any) -> "Asked":
+        own = None if speed is None or not is_concrete(speed) else float(numbers(speed))
+        t_end, rate, steady = simulation.t_end, simulation.sample_rate, simulation.start == "steady"
+        return cls(t_end, rate, own, simulation.planned_tolerance, simulation.order, steady)
+
+
+# Plans that were found, the latest last, by machine and what was asked.
+_found: dict[Any, Plan] = {}
+
+
+def _key(machine: Machine, asked: Asked) -> Any:
+    leaves, tree = jax.tree.flatten(machine)
+    values = [np.asarray(numbers(x)) for x in leaves]
+    return tree, tuple((x.shape, x.tobytes()) for x in values), asked
+
+
+def remember(machine: Machine, asked: Asked, plan: Plan) -> Plan:
+    """For the next run of the same machine."""
+    _found[_key(machine, asked)] = plan
+    while len(_found) > _KEPT:
+        _found.pop(next(iter(_found)))
+    return plan
+
+
+def find_plan(machine: Machine, asked: Asked) -> Plan:
+    """The one that was found before, or a new one."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "the step cannot be chosen inside jit or vmap: call `plan = jr.plan(machine, t_end, "
             "sample_rate)` before, and pass `step=plan` to `simulate`"
         )
+    known = _found.get(_key(machine, asked))
+    return known or remember(machine, asked, _new_plan(machine, asked))
+
+
+def _new_plan(machine: Machine, asked: Asked) -> Plan:
+    t_end, speed, tolerance, order = asked.t_end, asked.speed, asked.tolerance, asked.order
     machine.check()
     given, machine = prescribed_until(machine, t_end), in_numbers(machine)
-    interval = 1.0 / sample_rate
+    interval = 1.0 / asked.sample_rate
     when, top = fastest(given, t_end, speed)
-    harsh = begins_abruptly(given, top, speed, steady)
+    harsh = begins_abruptly(given, top, speed, asked.steady)
     instants = jnp.asarray(_instants(machine, given, when, t_end))
     forward = _direction(given, when, t_end, speed)
-    abrupt = jnp.asarray(np.append(np.full(instants.size - 1, True), harsh))
 
     def seen(substeps: int, evaluations: int) -> float:
         at = (jnp.asarray(interval / substeps), jnp.asarray(forward * top))
-        return float(pilot(machine, instants, abrupt, *at, order, evaluations))
+        return float(pilot(machine, instants, jnp.asarray(harsh), *at, order, evaluations))
 
     first = fewest(max(top, float(given.frequency)), interval)
     found = _search(seen, first, order, tolerance)
@@ -171,9 +199,7 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
     if isinstance(step, Plan):
         return step
     if step is None:
-        t_end, tolerance = simulation.t_end, simulation.planned_tolerance
-        steady = simulation.start == "steady"
-        return find_plan(machine, t_end, rate, speed, tolerance, order, steady)
+        return find_plan(machine, Asked.of(simulation, speed))
     try:
         valid = 0 < float(step) < float("inf")
     except (TypeError, ValueError):  # a tracer's refusal is a TypeError
@@ -216,8 +242,8 @@ def pilot(machine, instants, abrupt, h, top, order: int, evaluations: int) -> Fl
     speeds = jnp.where(own != 0, own, top).at[-1].set(top)
     return jnp.max(
         jax.lax.map(
-            lambda x: _pilot_at(machine, *x[:2], h, x[2], order, evaluations),
-            (instants, abrupt, speeds),
+            lambda x: _pilot_at(machine, x[0], abrupt, h, x[1], order, evaluations),
+            (instants, speeds),
         )
     )
 

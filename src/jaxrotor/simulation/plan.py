@@ -50,5 +50,7 @@ def fewest(frequency: float, interval: float) -> int:
 
 def refined(plan: Plan, error: float) -> Plan:
     """For a run by `plan` whose own error was above its tolerance."""
-    growth = min(8.0, 1.1 * (error / plan.tolerance) ** (1 / (plan.order + 1)))
+    growth = 2.0
+    if math.isfinite(error):
+        growth = min(8.0, 1.1 * (error / plan.tolerance) ** (1 / (plan.order + 1)))
     return replace(plan, substeps=bucket(max(plan.substeps + 1, plan.substeps * growth)))

@@ -37,23 +37,25 @@ def share_of_peaks(
 
 
 def run_error(
-    ladder: Ladder, course: Course, times: Float[Array, " nt"], system: System
+    ladder: Ladder,
+    course: Course,
+    interval: Float[Array, ""],
+    intervals: int | Array,
+    system: System,
 ) -> Float[Array, ""]:
-    """As part of each coordinate's peak."""
+    """As part of each coordinate's peak, of so many sample intervals (s)."""
     # an error has no derivative
-    ladder, course, system, times = jax.tree.map(
-        jax.lax.stop_gradient, (ladder, course, system, times)
+    ladder, course, system, interval = jax.tree.map(
+        jax.lax.stop_gradient, (ladder, course, system, interval)
     )
     y, defects = course.kept, _defects(ladder.order, course)
-    d, count = y.shape[1], y.shape[0] - 1
+    d, most = y.shape[1], y.shape[0]
     rows = d - defects.shape[1]
     if not d:  # all is held
         return jnp.zeros(())
-    levels = max(1, min(_LEVELS, 512 // d, count))
-    edges = np.linspace(0, count, levels + 1).astype(int)
-    middle = (edges[1:] + edges[:-1]) // 2
-    speed = jax.vmap(lambda i: line_speed(times[i], y[i], system))(middle)
-    interval = times[1] - times[0]
+    levels = max(1, min(_LEVELS, 512 // d, most - 1))
+    middle = ((np.arange(levels) + 0.5) / levels * intervals).astype(int)
+    speed = jax.vmap(lambda i: line_speed(i * interval, y[i], system))(middle)
     steps = interval / ladder.h
 
     def level(w):
@@ -66,16 +68,18 @@ def run_error(
         own = turn @ ladder.moments.flow[i] @ turn
         return _power(own, steps), steps * ladder.moments.mean[i, 0]
 
-    which = np.repeat(np.arange(levels), np.diff(edges))
     flows, pushes = jax.lax.map(level, speed)
+    at = np.arange(1, most)
+    which = jnp.minimum(at * levels // intervals, levels - 1)
 
     def sample(carry, x):
         error, worst = carry
-        i, defect = x
+        i, within, defect = x
         error = flows[i] @ error + pushes[i] @ defect
-        return (error, jnp.maximum(worst, jnp.abs(error))), None
+        return (error, jnp.maximum(worst, jnp.where(within, jnp.abs(error), 0.0))), None
 
-    (_, worst), _ = jax.lax.scan(sample, (jnp.zeros(d), jnp.zeros(d)), (which, defects[1:]))
+    zero = jnp.zeros(d)
+    (_, worst), _ = jax.lax.scan(sample, (zero, zero), (which, at <= intervals, defects[1:]))
     n = n_free(system)
     return share_of_peaks(worst[:n], jnp.max(jnp.abs(y[:, :n]), axis=0), system)
 

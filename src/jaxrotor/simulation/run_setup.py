@@ -9,7 +9,8 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
 from ..integrators.adaptive import adaptive_samples
 from ..integrators.blocks import Blocks, blocks_of
@@ -30,6 +31,15 @@ from .solver import is_planned, solver_for, tolerances
 from .start import needs_balanced
 
 
+class Room(eqx.Module):
+    """For runs of any length and step, up to so many `steps` in all: the numbers of a run's own intervals, and
+    steps in each."""
+
+    intervals: Int[Array, ""]
+    substeps: Int[Array, ""]
+    steps: int = eqx.field(static=True)
+
+
 class RunSetup(eqx.Module):
     """Numbers that may change are arrays, so that another value is not another program.
 
@@ -44,12 +54,44 @@ class RunSetup(eqx.Module):
     step: Float[Array, ""] | None
     interval: Float[Array, ""]
     adjoint: diffrax.AbstractAdjoint | None
-    count: int = eqx.field(static=True)  # samples
+    count: int = eqx.field(static=True)  # samples, or where there is room the most of them
     grid: Grid | None = eqx.field(static=True)
+    room: Room | None = None
 
     @property
     def times(self) -> Float[Array, " nt"]:
-        return jnp.arange(self.count) * self.interval
+        at = np.arange(self.count) if self.room is None else self._within(self.room.intervals)
+        return at * self.interval
+
+    @property
+    def intervals(self) -> int | Array:
+        return self.count - 1 if self.room is None else self.room.intervals
+
+    @property
+    def substeps(self) -> int | Array:
+        return self.solver.substeps if self.room is None else self.room.substeps  # pyright: ignore
+
+    def _within(self, last: Array) -> Array:
+        return jnp.minimum(np.arange(self.count), last)
+
+
+def roomy(setup: RunSetup) -> RunSetup:
+    """One program for it and for others like it that are shorter or longer, or step otherwise; for those that
+    nothing is differentiated through backwards."""
+    if not isinstance(setup.solver, ExponentialAdams) or setup.grid is not None:
+        return setup
+    intervals, substeps = setup.count - 1, setup.solver.substeps
+    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), _roomy(intervals * substeps))
+    solver = stepped(setup.solver, 1)
+    return dataclasses.replace(setup, solver=solver, count=_roomy(intervals) + 1, room=room)
+
+
+def _roomy(count: int) -> int:
+    """The next of 1, 1.5, 2, 3, 4, 6, ... hundreds."""
+    size = 100
+    while size < count:
+        size = size * 3 // 2 if size * 3 // 2 >= count else size * 2
+    return size
 
 
 def set_up(
@@ -99,15 +141,13 @@ def stepped(
     )
 
 
-class Prepared(NamedTuple):
-    """What a march needs beside the setup. Of `ETD4RK`, `linear`: A. Of the Adams method, the `blocks` of its
-    steps, and the `ladder` of their weights. `judged`: whether the march is to tell its error."""
+class Prepared(eqx.Module):
+    """What a march needs beside system and setup. Of `ETD4RK`, `linear`: A. Of the Adams method, the `blocks`
+    of its steps, and the `ladder` of their weights."""
 
-    system: System
-    linear: Float[Array, "d d"] | None
-    blocks: Blocks | None
-    ladder: Ladder | None
-    judged: bool
+    linear: Float[Array, "d d"] | None = None
+    blocks: Blocks | None = None
+    ladder: Ladder | None = None
 
 
 def assembled(machine: Machine, setup: RunSetup) -> tuple[System, System | None]:
@@ -131,14 +171,13 @@ def prepare(
     balanced: System | None,
     setup: RunSetup,
     linear: Any = None,
-    judged: bool = False,
     extra: int = 0,
 ) -> Prepared:
-    """`linear`: as `linear_parts`, where it is known beforehand. `judged`: whether the march is to tell its
-    error. `extra`: states that follow the machine's own."""
+    """`linear`: as `linear_parts`, where it is known beforehand. `extra`: states that follow the machine's
+    own."""
     solver, w = setup.solver, setup.linearised_at
     if not is_planned(solver):
-        return Prepared(system, None, None, None, False)
+        return Prepared()
     if solver.linear_part is not None:  # pyright: ignore
         A = solver.linear_part  # pyright: ignore
         A, speeds = (A, w) if isinstance(solver, ETD4RK) else (A[None], w[None])
@@ -147,17 +186,18 @@ def prepare(
         speeds = rung_speeds(2 * w)
     A = jnp.pad(A, [(0, 0)] * (A.ndim - 2) + [(0, extra)] * 2)
     if isinstance(solver, ETD4RK):
-        return Prepared(system, A, None, None, False)
+        return Prepared(linear=A)
     ticking = ticking_of(setup, system)
     refine = 1 if ticking is None else ticking.refine
-    interval, substeps = setup.interval / refine, -(-solver.substeps // refine)  # pyright: ignore
+    interval, substeps = setup.interval / refine, -(-setup.substeps // refine)
     blocks = blocks_of(
         interval,
-        (setup.count - 1) * refine,
+        setup.intervals * refine,
         substeps,
         solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
+        room=None if setup.room is None else (setup.count - 1, setup.room.steps),
     )
     # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
@@ -173,7 +213,7 @@ def prepare(
         of_parts,
         start,  # pyright: ignore
     )
-    return Prepared(system, None, blocks, ladder, judged)
+    return Prepared(blocks=blocks, ladder=ladder)
 
 
 def ticking_of(setup: RunSetup, system: System) -> Ticking | None:
@@ -191,24 +231,28 @@ class Marched(NamedTuple):
 
 
 def march_through(
+    system: System,
     prepared: Prepared,
     setup: RunSetup,
     y0: Float[Array, " d"],
     field: Callable = vector_field,
     watch: Callable | None = None,
     told: bool = False,
+    judged: bool = False,
 ) -> Marched:
     """From `y0` through the samples. States of `field` beyond the machine's own follow it (accounts of
     energy). `watch`: what is kept of a block of instants and states, in place of these. `told`: samples are
-    handed over while they come."""
-    system, samples = prepared.system, setup.times
+    handed over while they come. `judged`: whether it is to tell its error."""
+    samples = setup.times
     ticking = ticking_of(setup, system)
     if prepared.ladder is not None:
-        return _by_blocks(prepared, setup, field, y0, ticking, watch, told)
+        return _by_blocks(system, prepared, setup, field, y0, ticking, watch, told, judged)
     jumps = jump_times(system)
     terms = diffrax.ODETerm(field)  # pyright: ignore[reportArgumentType]
     if prepared.linear is not None:
-        return _by_single_steps(prepared, setup, terms, samples, jumps, y0, ticking, watch, told)
+        return _by_single_steps(
+            system, prepared, setup, terms, samples, jumps, y0, ticking, watch, told
+        )
     extra = y0.size - 2 * n_free(system) - system.n_states()
     relative, absolute = tolerances(system, setup.tolerances[0], setup.tolerances[1], extra)
     y, steps = adaptive_samples(
@@ -228,8 +272,10 @@ def march_through(
     return Marched(y if watch is None else watch(samples, y), steps, None)
 
 
-def _by_blocks(prepared: Prepared, setup: RunSetup, field, y0, ticking, watch, told) -> Marched:
-    system, blocks, ladder = prepared.system, prepared.blocks, prepared.ladder
+def _by_blocks(
+    system: System, prepared: Prepared, setup: RunSetup, field, y0, ticking, watch, told, judged
+) -> Marched:
+    blocks, ladder = prepared.blocks, prepared.ladder
     assert blocks is not None and ladder is not None
     refine = 1 if ticking is None else ticking.refine
     course = run_through(
@@ -238,22 +284,31 @@ def _by_blocks(prepared: Prepared, setup: RunSetup, field, y0, ticking, watch, t
         dataclasses.replace(blocks, samples=blocks.samples[::refine]),
         lambda t, y: line_speed(t, y, system),
         y0,
-        Method(setup.solver.evaluations, prepared.judged),  # pyright: ignore
+        Method(setup.solver.evaluations, judged, setup.room is not None),  # pyright: ignore
         None if ticking is None else ticking.tick,
         watch,
         told,
     )
-    steps = jnp.asarray((setup.count - 1) * setup.solver.substeps)  # pyright: ignore
+    steps = jnp.asarray(setup.intervals * setup.substeps)
     error = None
-    if prepared.judged:
-        error = run_error(ladder, course, setup.times, system)
+    if judged and watch is None:
+        error = run_error(ladder, course, setup.interval, setup.intervals, system)
     return Marched(course.kept, steps, error)
 
 
 def _by_single_steps(
-    prepared: Prepared, setup: RunSetup, terms, samples, jumps, y0, ticking, watch, told
+    system: System,
+    prepared: Prepared,
+    setup: RunSetup,
+    terms,
+    samples,
+    jumps,
+    y0,
+    ticking,
+    watch,
+    told,
 ) -> Marched:
-    solver, system, A = setup.solver, prepared.system, prepared.linear
+    solver, A = setup.solver, prepared.linear
     coarse, steps = samples.shape[0], (setup.count - 1) * solver.substeps  # pyright: ignore
     if ticking is not None:
         samples = ticking.fine(samples)

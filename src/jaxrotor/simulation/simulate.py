@@ -9,6 +9,7 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
@@ -20,14 +21,24 @@ from ..core.quick import quickly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
+from ..machine.system import assemble
 from .checks import sample_count, turns_freely
 from .judging import judge, speed_beyond, tell_attitude
-from .pilot import find_plan, plan_for, unresolved
+from .pilot import Asked, find_plan, plan_for, remember, unresolved
 from .plan import Plan, refined
 from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
-from .run_setup import Marched, RunSetup, assembled, march_through, prepare, set_up
+from .run_setup import (
+    Marched,
+    Prepared,
+    RunSetup,
+    assembled,
+    march_through,
+    prepare,
+    roomy,
+    set_up,
+)
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start
@@ -35,6 +46,8 @@ from .state import State
 
 # Times that a run of a line without a drive is planned anew for the speed that it reached.
 _PLANS = 4
+# Times that a run which left the finite numbers is tried with a shorter step.
+_RETRIES = 2
 
 
 @takes(
@@ -158,15 +171,15 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             break
         faster = speed_beyond(response, plan.top_speed)
         error = float(numbers(response.info.error))
+        asked = Asked.of(simulation, speed)
         if faster is not None:
             # a line that no drive holds found a speed of its own: plan for that
-            t_end, rate = simulation.t_end, simulation.sample_rate
-            steady = simulation.start == "steady"
-            plan = find_plan(machine, t_end, rate, faster, plan.tolerance, plan.order, steady)
-        elif plan.tolerance < error < float("inf"):
-            plan = refined(plan, error)  # something moved that no pilot saw
+            better = find_plan(machine, asked._replace(speed=faster, order=plan.order))
+        elif plan.tolerance < error and (np.isfinite(error) or turn < _RETRIES):
+            better = refined(plan, error)  # something moved that no pilot saw
         else:
             break
+        plan = remember(machine, asked, better)
     return response, checks
 
 
@@ -191,6 +204,7 @@ def _run(
     # derivatives are traced through known values: each thread has transformations of its own
     given = jax.tree.leaves((machine, speed, simulation.initial))
     alone = not any(isinstance(x, Tracer) for x in given)
+    own = roomy(setup) if alone else setup
     began = time.perf_counter()
 
     def told_of(t, y, **more) -> Response:
@@ -202,8 +216,8 @@ def _run(
         told = under_way is not None
 
         def call():
-            y0, checks = _start(machine, setup)
-            found = *_march(machine, setup, y0, told, concrete), checks
+            y0, checks, prepared = _begin(machine, own)
+            found = *_march(machine, own, y0, prepared, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
         try:
@@ -218,21 +232,25 @@ def _run(
                 told_of(t, jnp.asarray(y)),
             ) from None
     y, steps, error, checks = found
+    if own.count > count:
+        y = jnp.asarray(np.asarray(y)[:count])
     gap = checks if simulation.start == "steady" else None
     return told_of(setup.times, y, steps=steps, error=error, steady_gap=gap), checks
 
 
 @quickly_compiled
-def _start(machine: Machine, setup: RunSetup) -> tuple[Array, Array]:
-    """The state at t = 0, and checks of it."""
-    return start(*assembled(machine, setup), setup.initial, setup.speed)
+def _begin(machine: Machine, setup: RunSetup) -> tuple[Array, Array, Prepared]:
+    """The state at t = 0, and checks of it; and what the march needs."""
+    system, balanced = assembled(machine, setup)
+    return *start(system, balanced, setup.initial, setup.speed), prepare(system, balanced, setup)
 
 
 @eqx.filter_jit
-def _march(machine: Machine, setup: RunSetup, y0: Array, told: bool, judged: bool) -> Marched:
+def _march(
+    machine: Machine, setup: RunSetup, y0: Array, prepared: Prepared, told: bool, judged: bool
+) -> Marched:
     """`judged`: with the run's own error."""
-    prepared = prepare(*assembled(machine, setup), setup, judged=judged)
-    return march_through(prepared, setup, y0, told=told)
+    return march_through(assemble(machine), prepared, setup, y0, told=told, judged=judged)
 
 
 def _is_known(machine: Machine, simulation: Simulation, speed: Any) -> bool:

@@ -85,8 +85,9 @@ def member(
     def states(watch):
         """At the samples, or what `watch` keeps of them."""
         first = begun(setup, values) if y0 is None else y0
-        prepared = prepare(*assembled(machine, setup.run), setup.run, setup.linear)
-        return march_through(prepared, setup.run, first, watch=watch).kept
+        system, balanced = assembled(machine, setup.run)
+        prepared = prepare(system, balanced, setup.run, setup.linear)
+        return march_through(system, prepared, setup.run, first, watch=watch).kept
 
     if needs_states(setup.outputs):
         y = states(None)

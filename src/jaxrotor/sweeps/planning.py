@@ -13,7 +13,7 @@ from ..machine.machine import Machine
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
-from ..simulation.pilot import begins_abruptly, find_plan, pilot, plan_for
+from ..simulation.pilot import Asked, begins_abruptly, find_plan, pilot, plan_for
 from ..simulation.plan import BUCKETS, Plan, fewest
 from ..simulation.prescribed import Prescribed, looks, prescribed
 from ..simulation.simulation import Simulation
@@ -103,15 +103,12 @@ def _top_speeds(given: Prescribed, t_end: float, own: float):
 def _planned(setup: Setup, cases: Cases, simulation: Simulation, top, good):
     """A plan for the fastest machine that has one; and which may have one."""
     good, error = good.copy(), None
-    t_end, rate = simulation.t_end, simulation.sample_rate
-    tolerance, order = simulation.planned_tolerance, simulation.order
     for row in np.argsort(-np.where(good, top, -1.0), kind="stable")[:_TRIES]:
         if not good[row]:
             break
         machine = row_of(setup.machine, cases.values, row)
         try:
-            steady = simulation.start == "steady"
-            return find_plan(machine, t_end, rate, float(top[row]), tolerance, order, steady), good
+            return find_plan(machine, Asked.of(simulation, float(top[row]))), good
         except (InputError, ConvergenceError) as found:
             error, good[row] = error or found, False
     raise error if error else ConvergenceError("cases: none of them has a finite speed")
