@@ -46,8 +46,11 @@ def test_no_recompile_when_values_change(machine):
         run = jr.simulate(other, 0.02, 1000.0, step=plan)
         run["disc"].acceleration
         jr.plan(other, 0.02, 1000.0)
-    # another step of the same number, another sample rate of as many samples: no recompile either
+    # another step, sample rate, or length of the run: no recompile either
     jr.simulate(machine, 0.01, 2000.0, step=plan)
+    for t_end, step in ((0.035, 1e-3), (0.01, 2e-4)):
+        run = jr.simulate(machine, t_end, 1000.0, step=step)
+        assert run.t.size == run.y.shape[0] == round(t_end * 1000) + 1
     assert len(TRACES) == before
 
 
@@ -83,14 +86,14 @@ def test_a_member_that_fails_fails_alone(machine):
     np.testing.assert_allclose(x[0], run(1e4), atol=1e-13)
 
 
-def test_failure_says_when_and_keeps_what_it_had(two_rotor):
-    """Steps far too long for the speed: the numbers run away in the middle of the run."""
-    machine = two_rotor()
+def test_failure_says_when_and_keeps_what_it_had(machine):
+    """What is pushed away from its place runs away, until numbers end."""
+    machine = machine.set({"spring.stiffness": -1e5})
     with pytest.raises(jr.SimulationFailed, match="left the finite numbers between t = ") as error:
-        jr.simulate(machine, 2.5, 200.0, step=2.5e-3, initial="undeformed")
+        jr.simulate(machine, 2.5, 200.0, step=5e-3, initial="undeformed")
     kept = error.value.response
     assert 3 < kept.t.shape[0] < 501
-    assert np.isfinite(kept["main"].x).all()
+    assert np.isfinite(kept["disc"].x).all()
 
 
 def test_a_free_line_is_planned_for_the_speed_that_it_reaches():

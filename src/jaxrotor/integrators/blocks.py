@@ -139,7 +139,7 @@ def blocks_of(
     cells = xp.zeros(0, int)
     if count:
         at = jax.lax.stop_gradient(inside / interval)
-        cells = jnp.clip(jnp.floor(at * (1 + 1e-15)), 0, G - 1).astype(int)
+        cells = jnp.clip(jnp.floor(at), 0, G - 1).astype(int)
 
     def rows_of(steps):
         more = -(-xp.maximum(steps - (order - 1), 0) // length)
@@ -237,7 +237,10 @@ def _parts(inside, cells, G, n, interval, rows_of) -> _Stretches:
     end = jnp.minimum((cells + 1) * interval, G * interval)
     cut = jnp.concatenate([inside[1:], jnp.full(1, jnp.inf)])
     before = jnp.concatenate([jnp.full(1, True), cells[1:] != cells[:-1]])
-    begin = jnp.stack([jnp.where(before, cells * interval, inside), inside], axis=1).ravel()
+    # the quotient may round up to a cell that begins behind the jump
+    at = cells * interval
+    at = at + jax.lax.stop_gradient(jnp.minimum(inside - at, 0.0))
+    begin = jnp.stack([jnp.where(before, at, inside), inside], axis=1).ravel()
     ends = jnp.stack([inside, jnp.where(cut < end, cut, end)], axis=1).ravel()
     used = jnp.stack([before, jnp.full(count, True)], axis=1).ravel()
     which = jnp.arange(2 * count)

@@ -54,6 +54,9 @@ class Method(NamedTuple):
     lasting: bool = False
 
 
+_PLAIN = Method()
+
+
 class Course(eqx.Module):
     """The states at the grid's instants, or what `watch` kept of them; of each instant the gap of N there, and
     by how much it grew in the step before; of each block what the probe found beside those two."""
@@ -69,7 +72,7 @@ def run_through(
     blocks: Blocks,
     speed: Callable[[Array, Vector], Array],
     y0: Vector,
-    method: Method = Method(),
+    method: Method = _PLAIN,
     tick: Callable[[Array, Vector, Array], Vector] | None = None,
     watch: Callable[[Float[Array, " b"], Float[Array, "b d"]], Any] | None = None,
     told: bool = False,
@@ -112,21 +115,24 @@ def run_through(
                 x, expected = jnp.where(probing, y, x), jnp.where(probing, N[0], expected)
 
             def evaluated(carry, _):
-                x, _, last = carry
+                x, gap = carry
                 value = f(t1, x)[rows:] - lower @ x
-                gap = value - expected
-                corrected = x + weights.correct @ (gap - last)
-                return (corrected, value + follow @ (gap - last), gap), None
+                further = value - expected - gap
+                further = further + follow @ further
+                return (x + weights.correct @ further, gap + further), value
 
-            through = (x, expected, jnp.zeros(m))
+            through = (x, jnp.zeros(m))
             if method.evaluations == 1:
-                (x, value, gap), _ = evaluated(through, None)
+                (x, gap), value = evaluated(through, None)
             else:
-                (x, value, gap), _ = jax.lax.scan(
+                (x, gap), values = jax.lax.scan(
                     evaluated, through, None, length=method.evaluations
                 )
+                value = values[0]
+            if method.probe:
+                gap = jnp.where(probing, value - expected, gap)
             y = jnp.where(is_step, x, y)
-            N = jnp.where(is_step, jnp.concatenate([value[None], N[:-1]]), N)
+            N = jnp.where(is_step, jnp.concatenate([(expected + gap)[None], N[:-1]]), N)
             return (y, N), (y, gap if method.probe else None)
 
         (y1, N), (ys, gaps) = jax.lax.scan(one, (y, N), jnp.arange(length + method.probe))
@@ -160,7 +166,7 @@ def run_through(
     seen, grown, probed = found
 
     def at_samples(x):
-        return x.reshape(-1, *x.shape[2:])[blocks.samples]
+        return x.reshape(x.shape[0] * x.shape[1], *x.shape[2:])[blocks.samples]
 
     return Course(
         jax.tree.map(at_samples, seen), None if grown is None else at_samples(grown), probed
@@ -190,7 +196,7 @@ def _while_used(block, first: _Carried, blocks: Blocks, told: bool) -> Any:
         own = jax.tree.map(lambda x: x[i], per_block)
         carried, found = jax.lax.scan(block, carried, own)
         if told:
-            states = found[0].reshape(-1, found[0].shape[-1])
+            states = found[0].reshape(size * (blocks.length + 1), found[0].shape[-1])
             hand_over(own[0][-1], states, new[i].ravel())
         return carried, jax.tree.map(lambda a, b: a.at[i].set(b), kept, found)
 
@@ -198,7 +204,7 @@ def _while_used(block, first: _Carried, blocks: Blocks, told: bool) -> Any:
     shapes = jax.eval_shape(lambda: jax.lax.scan(block, first, one)[1])
     kept = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), shapes)
     _, kept = jax.lax.fori_loop(0, -(-blocks.used // size), part, (first, kept))
-    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:n], kept)
+    return jax.tree.map(lambda x: x.reshape(len(at) * size, *x.shape[2:])[:n], kept)
 
 
 @jax.custom_batching.custom_vmap

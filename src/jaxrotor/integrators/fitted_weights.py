@@ -67,8 +67,8 @@ def moments(
 
 
 def weights_of(own: Moments, past, after, ahead) -> FittedWeights:
-    d = own.flow.shape[0]
-    predict = jnp.einsum("jq,qab->ajb", past, own.mean).reshape(d, -1)
+    d, (k, _), m = own.flow.shape[0], past.shape, own.mean.shape[2]
+    predict = jnp.einsum("jq,qab->ajb", past, own.mean).reshape(d, k * m)
     correct = jnp.einsum("q,qab->ab", after, own.mean)
     return FittedWeights(jnp.concatenate([own.flow, predict], axis=1), correct, jnp.asarray(ahead))
 

@@ -82,9 +82,11 @@ class Ladder(eqx.Module):
         return weights_of(own, *(x[mix] for x in self.mixes))
 
     def follow(self, at, rung, odd, speed, weights: FittedWeights) -> Float[Array, "m m"]:
-        """By how much N changes with a correction, for each unit of the gap that is corrected."""
+        """By how much a gap of N grows while it is corrected: N changes by `F gap` with a correction, that is
+        corrected too, and so on."""
         off = jnp.where(odd < 0, speed - self.speeds[rung], 1.0)
-        return (off * self.slopes[at]) @ weights.correct
+        F = (off * self.slopes[at]) @ weights.correct
+        return F + F @ (F + F @ F)
 
 
 def _levels(steps) -> list[int]:

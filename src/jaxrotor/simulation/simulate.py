@@ -23,7 +23,7 @@ from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .checks import sample_count, turns_freely
-from .judging import judge, speed_beyond, tell_attitude
+from .judging import judge, speed_reached, tell_attitude
 from .pilot import Asked, find_plan, plan_for, remember, unresolved
 from .plan import Plan, refined
 from .ranges import tell_ranges
@@ -169,12 +169,16 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             response = eqx.tree_at(lambda r: r.info.error, response, error)
         if not concrete or own or turn == _PLANS - 1:
             break
-        faster = speed_beyond(response, plan.top_speed)
+        reached, planned = speed_reached(response), plan.top_speed
         error = float(numbers(response.info.error))
         asked = Asked.of(simulation, speed)
-        if faster is not None:
-            # a line that no drive holds found a speed of its own: plan for that
-            better = find_plan(machine, asked._replace(speed=faster, order=plan.order))
+        if reached is not None and (
+            reached > 1.1 * planned + 1.0 or (turn > 0 and reached < 0.8 * planned)
+        ):
+            # a line that no drive holds found a speed of its own: plan for that. (A run that went astray
+            # counts with at most ten times the plan, and may have been too fast.)
+            reached = min(reached, 10 * planned + 1000.0)
+            better = find_plan(machine, asked._replace(speed=reached, order=plan.order))
         elif plan.tolerance < error and (np.isfinite(error) or turn < _RETRIES):
             better = refined(plan, error)  # something moved that no pilot saw
         else:

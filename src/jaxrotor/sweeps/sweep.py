@@ -23,7 +23,7 @@ from ..simulation.plan import Plan
 from ..simulation.run_setup import set_up as run_setup
 from ..simulation.simulation import Settings, Simulation, as_simulation
 from ..simulation.solver import is_planned
-from .batch import Setup, linear_part, shares_linear
+from .batch import Setup, linear_part, shares_linear, with_steps
 from .cases import Cases, as_cases
 from .checks import check_cases, check_start
 from .engine import Engine, engine_for
