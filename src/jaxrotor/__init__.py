@@ -13,7 +13,9 @@ from typing import Any
 import lazy_loader
 
 from .core import interrupt as _interrupt
+from .core.one_kernel import ask_for_one_kernel as _ask_for_one_kernel
 
+_ask_for_one_kernel()
 if _interrupt.is_command_line():
     _interrupt.leave_at_once()
 

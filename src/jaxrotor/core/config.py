@@ -5,11 +5,13 @@ import platform
 from typing import Any
 
 from .cache import cache_in_use, jax_setting
+from .one_kernel import is_one_kernel
 from .version import installed_version
 
 
 def show_config() -> dict[str, Any]:
-    """What is in force: versions, devices, 64-bit floats, the folder of compiled programs and XLA's flags.
+    """What is in force: versions, devices, 64-bit floats, the folder of compiled programs, how loops are compiled
+    (docs/solving.md), and XLA's flags.
     Printed by rows, and returned as a dict."""
     import jax
 
@@ -26,6 +28,7 @@ def show_config() -> dict[str, Any]:
         "devices": ", ".join(str(d) for d in jax.devices()),
         "64-bit floats": "on" if x64 else 'off: jax.config.update("jax_enable_x64", True)',
         "cache": words,
+        "loops": "one kernel each" if is_one_kernel() else "a kernel for each operation",
         "XLA_FLAGS": os.environ.get("XLA_FLAGS", ""),
     }
     for name, value in found.items():

@@ -262,7 +262,7 @@ class ExponentialAdams(AbstractExponential):
         exact_rows: int = 0,
         evaluations: int = 1,
     ):
-        self.order_ = whole(3, 6)(order, "order")
+        self.order_ = whole(2, 7)(order, "order")
         self.evaluations = whole(0)(evaluations, "evaluations")
         self.substeps = whole(0)(substeps, "substeps")
         self.linear_part, self.lengths, self.exact_rows = linear_part, lengths, exact_rows

@@ -92,13 +92,12 @@ def run_through(
             y = tick(begin, y, due)
         middle = begin + 0.5 * jnp.where(kind == -2, length * h, 0.0)
         own = jax.lax.stop_gradient(speed(middle, y))
-        common = _common(own)
-        now = jnp.where(opens | (kind == -2), ladder.nearest(common), rung)
+        now = jnp.where(opens | (kind == -2), ladder.nearest(own), rung)
         N = jnp.where(filled, coarse, N)
         at = ladder.linearisation(now, odd)
         A = ladder.A[at]
         N = _rebased(N, states, ladder.A[ladder.linearisation(rung, odd)] - A)
-        weights = ladder.weights(now, odd, kind, common)
+        weights = ladder.weights(now, odd, kind, own)
         follow = ladder.follow(at, now, odd, own, weights)
         lower = A[rows:]
 
@@ -125,9 +124,7 @@ def run_through(
             if method.evaluations == 1:
                 (x, gap), value = evaluated(through, None)
             else:
-                (x, gap), values = jax.lax.scan(
-                    evaluated, through, None, length=method.evaluations
-                )
+                (x, gap), values = jax.lax.scan(evaluated, through, None, length=method.evaluations)
                 value = values[0]
             if method.probe:
                 gap = jnp.where(probing, value - expected, gap)
@@ -156,7 +153,7 @@ def run_through(
         return _Carried(y1, N, coarse, states, now), (seen, grown, probed)
 
     zero = jnp.zeros((k, m))
-    rung = ladder.nearest(_common(jax.lax.stop_gradient(speed(blocks.begin[0], y0))))
+    rung = ladder.nearest(jax.lax.stop_gradient(speed(blocks.begin[0], y0)))
     first = _Carried(y0, zero, zero, jnp.zeros((k, y0.size)), rung)
     block = jax.checkpoint(block, prevent_cse=False)
     if method.lasting or told:
@@ -205,14 +202,3 @@ def _while_used(block, first: _Carried, blocks: Blocks, told: bool) -> Any:
     kept = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), shapes)
     _, kept = jax.lax.fori_loop(0, -(-blocks.used // size), part, (first, kept))
     return jax.tree.map(lambda x: x.reshape(len(at) * size, *x.shape[2:])[:n], kept)
-
-
-@jax.custom_batching.custom_vmap
-def _common(speed: Array) -> Array:
-    """In a batch the middle of the members' speeds, so that they share their weights."""
-    return speed
-
-
-@_common.def_vmap
-def _(size, batched, speed):
-    return _common(jnp.nanmedian(speed)) if batched[0] else speed, False

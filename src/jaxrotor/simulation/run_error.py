@@ -5,6 +5,9 @@ speed alone, and with a gyroscopic term left out errors in phase with a mode wou
 sample, behind the run; no look at the field.
 """
 
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +15,7 @@ from jaxtyping import Array, Float
 
 from ..integrators.fitted import Course
 from ..integrators.ladder import Ladder
+from ..integrators.step_times import Knots
 from ..machine.field import n_free
 from ..machine.line_speed import line_speed
 from ..machine.system import System
@@ -36,37 +40,69 @@ def share_of_peaks(
     return jnp.max(error / (jnp.maximum(peak, floor) + _ROUNDING))
 
 
+def by_samples(knots: Knots, defects: Float[Array, "n-1 m"]) -> Float[Array, "nt-1 m"]:
+    """Mean defect of each interval between samples."""
+    count = knots.samples.size
+    if defects.shape[0] == count - 1:
+        return defects
+    whole = jnp.diff(knots.times)[:, None] * defects
+    isample = jnp.cumsum(jnp.zeros(knots.times.size, int).at[knots.samples].set(1))[:-1] - 1
+    added = jnp.zeros((count - 1, defects.shape[1])).at[isample].add(whole, mode="drop")
+    return added / jnp.diff(knots.times[knots.samples])[:, None]
+
+
+class Flow(NamedTuple):
+    """At one speed (rad/s): A, `e^(hA)` and `h φ_1(hA)` of a step of `h` (s), and dA/dw in the last rows."""
+
+    speed: Any
+    through: Float[Array, "d d"]
+    push: Float[Array, "d m"]
+    by_speed: Float[Array, "m d"]
+
+
+def error_by_blocks(
+    ladder: Ladder, course: Course, interval, intervals: int | Array, system: System
+) -> Float[Array, ""]:
+    """Of a run by `run_through`, of so many sample intervals (s), as part of each coordinate's peak."""
+
+    def nearest(w):
+        i = ladder.nearest(w)
+        own = ladder.moments
+        return Flow(ladder.speeds[i], own.flow[i], own.mean[i, 0], ladder.slopes[i])
+
+    defects = _defects(ladder.order, course)[1:]
+    return run_error(nearest, ladder.h, course.kept, defects, interval, intervals, system)
+
+
 def run_error(
-    ladder: Ladder,
-    course: Course,
+    flow_at: Callable[[Array], Flow],
+    h: Float[Array, ""],
+    y: Float[Array, "nt d"],
+    defects: Float[Array, "nt-1 m"],
     interval: Float[Array, ""],
     intervals: int | Array,
     system: System,
 ) -> Float[Array, ""]:
-    """As part of each coordinate's peak, of so many sample intervals (s)."""
+    """As part of each coordinate's peak. `flow_at`: the flow of a step of h that is nearest to a speed."""
     # an error has no derivative
-    ladder, course, system, interval = jax.tree.map(
-        jax.lax.stop_gradient, (ladder, course, system, interval)
-    )
-    y, defects = course.kept, _defects(ladder.order, course)
-    d, most = y.shape[1], y.shape[0]
+    y, defects, interval, h = jax.lax.stop_gradient((y, defects, interval, h))
+    system = jax.tree.map(jax.lax.stop_gradient, system)
+    most, d = y.shape
     rows = d - defects.shape[1]
     if not d:  # all is held
         return jnp.zeros(())
     levels = max(1, min(_LEVELS, 512 // d, most - 1))
     middle = ((np.arange(levels) + 0.5) / levels * intervals).astype(int)
     speed = jax.vmap(lambda i: line_speed(i * interval, y[i], system))(middle)
-    steps = interval / ladder.h
+    steps = interval / h
 
     def level(w):
-        i = ladder.nearest(w)
-        half = 0.5 * ladder.h * (w - ladder.speeds[i]) * ladder.slopes[i]
-        half = jnp.pad(half, ((rows, 0), (0, 0)))
+        own = jax.lax.stop_gradient(flow_at(w))
+        half = jnp.pad(0.5 * h * (w - own.speed) * own.by_speed, ((rows, 0), (0, 0)))
         turn = jnp.eye(d)
         for k in (4, 3, 2, 1):
             turn = jnp.eye(d) + half @ turn / k
-        own = turn @ ladder.moments.flow[i] @ turn
-        return _power(own, steps), steps * ladder.moments.mean[i, 0]
+        return _power(turn @ own.through @ turn, steps), steps * own.push
 
     flows, pushes = jax.lax.map(level, speed)
     at = np.arange(1, most)
@@ -79,7 +115,7 @@ def run_error(
         return (error, jnp.maximum(worst, jnp.where(within, jnp.abs(error), 0.0))), None
 
     zero = jnp.zeros(d)
-    (_, worst), _ = jax.lax.scan(sample, (zero, zero), (which, at <= intervals, defects[1:]))
+    (_, worst), _ = jax.lax.scan(sample, (zero, zero), (which, at <= intervals, defects))
     n = n_free(system)
     return share_of_peaks(worst[:n], jnp.max(jnp.abs(y[:, :n]), axis=0), system)
 

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from ..integrators.adaptive import adaptive_samples
 from ..integrators.blocks import Blocks, blocks_of
+from ..integrators.defect import Defect
 from ..integrators.exponential import ETD4RK, AbstractExponential, ExponentialAdams
 from ..integrators.fitted import Method, run_through
 from ..integrators.ladder import Ladder, ladder_of, rung_speeds
@@ -24,7 +25,7 @@ from ..machine.line_speed import line_speed
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from .plan import Plan
-from .run_error import run_error
+from .run_error import Flow, by_samples, error_by_blocks, run_error
 from .sampling_grid import Grid, Ticking, grid_of
 from .simulation import ATOL, RTOL, Simulation
 from .solver import is_planned, solver_for, tolerances
@@ -142,10 +143,11 @@ def stepped(
 
 
 class Prepared(eqx.Module):
-    """What a march needs beside system and setup. Of `ETD4RK`, `linear`: A. Of the Adams method, the `blocks`
-    of its steps, and the `ladder` of their weights."""
+    """What a march needs beside system and setup. Of `ETD4RK`, `linear`: A, and `by_speed`: dA/dw. Of the
+    Adams method, the `blocks` of its steps, and the `ladder` of their weights."""
 
     linear: Float[Array, "d d"] | None = None
+    by_speed: Float[Array, "d d"] | None = None
     blocks: Blocks | None = None
     ladder: Ladder | None = None
 
@@ -159,11 +161,12 @@ def assembled(machine: Machine, setup: RunSetup) -> tuple[System, System | None]
 
 
 def linear_parts(solver: Any, balanced: System, linearised_at: Float[Array, ""]) -> Array:
-    """A of `ETD4RK`, (d, d), at that speed (rad/s); of the Adams method at each rung below twice of it,
-    (s, d, d)."""
+    """A at some speeds, (s, d, d): of `ETD4RK` at that one (rad/s) and at rest; of the Adams method at each
+    rung below twice of it."""
+    speeds = rung_speeds(2 * linearised_at)
     if isinstance(solver, ETD4RK):
-        return jacobian(balanced, linearised_at)
-    return jax.vmap(lambda w: jacobian(balanced, w))(rung_speeds(2 * linearised_at))
+        speeds = jnp.stack([linearised_at, jnp.zeros(())])
+    return jax.vmap(lambda w: jacobian(balanced, w))(speeds)
 
 
 def prepare(
@@ -180,13 +183,14 @@ def prepare(
         return Prepared()
     if solver.linear_part is not None:  # pyright: ignore
         A = solver.linear_part  # pyright: ignore
-        A, speeds = (A, w) if isinstance(solver, ETD4RK) else (A[None], w[None])
+        A, speeds = jnp.stack([A, A]) if isinstance(solver, ETD4RK) else A[None], w[None]
     else:
         A = linear_parts(solver, balanced, w) if linear is None else linear  # pyright: ignore
         speeds = rung_speeds(2 * w)
-    A = jnp.pad(A, [(0, 0)] * (A.ndim - 2) + [(0, extra)] * 2)
+    A = jnp.pad(A, [(0, 0), (0, extra), (0, extra)])
     if isinstance(solver, ETD4RK):
-        return Prepared(linear=A)
+        by_speed = jnp.where(w != 0.0, (A[0] - A[1]) / jnp.where(w != 0.0, w, 1.0), 0.0)
+        return Prepared(linear=A[0], by_speed=by_speed)
     ticking = ticking_of(setup, system)
     refine = 1 if ticking is None else ticking.refine
     interval, substeps = setup.interval / refine, -(-setup.substeps // refine)
@@ -251,7 +255,7 @@ def march_through(
     terms = diffrax.ODETerm(field)  # pyright: ignore[reportArgumentType]
     if prepared.linear is not None:
         return _by_single_steps(
-            system, prepared, setup, terms, samples, jumps, y0, ticking, watch, told
+            system, prepared, setup, terms, samples, jumps, y0, ticking, watch, told, judged
         )
     extra = y0.size - 2 * n_free(system) - system.n_states()
     relative, absolute = tolerances(system, setup.tolerances[0], setup.tolerances[1], extra)
@@ -292,7 +296,7 @@ def _by_blocks(
     steps = jnp.asarray(setup.intervals * setup.substeps)
     error = None
     if judged and watch is None:
-        error = run_error(ladder, course, setup.interval, setup.intervals, system)
+        error = error_by_blocks(ladder, course, setup.interval, setup.intervals, system)
     return Marched(course.kept, steps, error)
 
 
@@ -307,6 +311,7 @@ def _by_single_steps(
     ticking,
     watch,
     told,
+    judged,
 ) -> Marched:
     solver, A = setup.solver, prepared.linear
     coarse, steps = samples.shape[0], (setup.count - 1) * solver.substeps  # pyright: ignore
@@ -317,10 +322,27 @@ def _by_single_steps(
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
     solver = ETD4RK(solver.substeps, A, at.lengths, rows)  # pyright: ignore
     state = solver.init(terms, samples[0], samples[1], y0, system)
+    if judged := judged and watch is None:
+        none = Defect.none(y0.size - rows)
+        state = eqx.tree_at(lambda s: s.memory.defect, state, none, is_leaf=lambda x: x is None)
     ticks = None
     if ticking is not None:
         due = jnp.zeros((at.times.size, ticking.due.shape[1]), bool).at[at.samples].set(ticking.due)
         ticks = (ticking.tick, due)
     wanted = at.samples if ticking is None else at.samples[:: ticking.refine][:coarse]
     found = march(solver, terms, at._replace(samples=wanted), y0, system, state, told, ticks, watch)
-    return Marched(jax.tree.map(lambda x: x[wanted], found), jnp.asarray(steps), None)
+    if not judged:
+        return Marched(jax.tree.map(lambda x: x[wanted], found), jnp.asarray(steps), None)
+    y, defects = found
+    interval = samples[1] - samples[0]
+    flow = Flow(setup.linearised_at, *solver.flow(state), prepared.by_speed[rows:])  # pyright: ignore
+    error = run_error(
+        lambda w: flow,
+        interval / solver.substeps,
+        y[at.samples],
+        by_samples(at, defects),
+        interval,
+        samples.shape[0] - 1,
+        system,
+    )
+    return Marched(y[wanted], jnp.asarray(steps), error)

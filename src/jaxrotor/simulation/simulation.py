@@ -123,6 +123,11 @@ class Simulation(Part):
 
     def _check_accuracy(self, solver: Any) -> None:
         name = "ExponentialAdams" if solver is None else type(solver).__name__
+        if name == "ExponentialAdams" and not 3 <= self.order <= 6:
+            raise InputError(
+                f"order of ExponentialAdams must be 3 to 6 in a simulation, but is {self.order}: with one "
+                "evaluation a step 7 is unstable, and 2 cannot follow what turns"
+            )
         if is_planned(solver):
             for setting in ("rtol", "atol"):
                 if getattr(self, setting) is not None:
