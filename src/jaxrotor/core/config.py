@@ -10,8 +10,8 @@ from .version import installed_version
 
 
 def show_config() -> dict[str, Any]:
-    """What is in force: versions, devices, 64-bit floats, the folder of compiled programs, how loops are compiled
-    (docs/solving.md), and XLA's flags.
+    """What is in force: versions, devices, 64-bit floats, the folder of compiled programs, how loops are
+    compiled (docs/solving.md), and XLA's flags.
     Printed by rows, and returned as a dict."""
     import jax
 

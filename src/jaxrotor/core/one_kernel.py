@@ -1,5 +1,5 @@
-"""One kernel for a whole loop: XLA's CPU programs start each small operation apart, and a loop over the steps of
-a small machine takes most of its time for that (jax issues 26145, 26021)."""
+"""One kernel for a whole loop: XLA's CPU programs start each small operation apart, and a loop over the
+steps of a small machine takes most of its time for that (jax issues 26145, 26021)."""
 
 import os
 import re

@@ -21,6 +21,8 @@ from .fitted_weights import FirstSteps, first_steps
 LENGTH = 24
 # Where clocks tick stretches are short.
 _SHORT = 4
+# Kinds of weights beside those of the start: of regular steps, and of none, where N is evaluated alone.
+REGULAR, ALONE = -2, -1
 
 
 class Pattern(NamedTuple):
@@ -43,7 +45,7 @@ class Pattern(NamedTuple):
 def filling(order: int, longest: int) -> Pattern:
     """`longest`: steps in a block."""
     first = first_steps(order)
-    rows: list[list[Any]] = [[0.0, 0.0, 1, -1, False]]
+    rows: list[list[Any]] = [[0.0, 0.0, 1, ALONE, False]]
     begin = np.concatenate([[0.0], first.ends[:-1]])
     for a, b, kind in zip(begin, first.ends, first.which):
         last = rows[-1]
@@ -58,12 +60,12 @@ def filling(order: int, longest: int) -> Pattern:
 
 
 class Blocks(eqx.Module):
-    """Of each block: `begin` (s), length `step` (s) and number `count` of its steps; `kind` of the weights: -2
-    for regular ones, -1 for none (N is evaluated where the stretch begins), else that of `first_steps`;
-    `odd`: which part of an interval beside a jump it belongs to, -1 for whole intervals; `opens`: whether
-    it is a stretch's first block, `filled`: its first regular one; `ends`: whether it ends at a regular step
-    while the history fills; `piece`, (n, 2), the first and the last instant at which the force may be looked
-    at; `ticks`: the clocks that tick at its begin.
+    """Of each block: `begin` (s), length `step` (s) and number `count` of its steps; `kind` of the weights:
+    `REGULAR`, `ALONE` (N is evaluated where a stretch begins), or of `first_steps`; `odd`: which part of
+    an interval beside a jump it belongs to, -1 for whole intervals; `opens`: whether it is a stretch's
+    first block, `filled`: its first regular one; `ends`: whether it ends at a regular step while the
+    history fills; `piece`, (n, 2), the first and the last instant at which the force may be looked at;
+    `ticks`: the clocks that tick at its begin.
 
     `samples`: where the grid's instants are among the states at each block's begin and after each of `length`
     steps. `used`: blocks that something happens in, the others follow. `lengths`: of a step in each part of
@@ -99,7 +101,8 @@ class Blocks(eqx.Module):
 
 
 class _Stretches(NamedTuple):
-    """In order of time: `begin` (s), length of a `step` (s), number of `steps`, blocks (`rows`), jumps that are
+    """In order of time: `begin` (s), length of a `step` (s), number of `steps`, blocks (`rows`), jumps
+    that are
     `passed`, the grid's instant where it begins, and which part of an interval it is, or -1."""
 
     begin: Any
@@ -119,13 +122,14 @@ def blocks_of(
     jumps: Float[Array, " j"],
     ticks: Bool[np.ndarray, "g c"] | None = None,
     length: int = LENGTH,
-    room: tuple[int, int] | None = None,
+    room: tuple[int, int, int] | None = None,
 ) -> Blocks:
-    """From t = 0 through so many intervals (s). `ticks`: which clocks tick at the grid's instants. Jumps outside
-    the run are moved to its ends, where they do nothing. `room`: the most intervals, and steps in all, where
-    their numbers are traced."""
+    """From t = 0 through so many intervals (s). `ticks`: which clocks tick at the grid's instants. Jumps
+    outside the run are moved to its ends, where they do nothing. `room`: the most intervals, and steps in
+    all, where their numbers are traced."""
     count, n, G = jumps.shape[0], substeps, intervals
-    most, steps_in_all = room or (G, G * n)
+    sizes: Any = room or (G, G * n, n)
+    most, in_all, in_part = sizes
     due = np.zeros(0, int)
     if ticks is not None:
         due = np.flatnonzero(ticks.any(axis=1))
@@ -148,14 +152,13 @@ def blocks_of(
     whole = _whole_intervals(xp, due, cells, G, n, interval, rows_of)
     first, total = (
         whole.instant,
-        int(rows_of_most(pattern, steps_in_all, length, due.size + 1 + count)),
+        int(rows_of_most(pattern, in_all, length, due.size + 1 + count)),
     )
-    stretches = whole
+    stretches, parts = whole, None
     if count:
         parts = _parts(inside, cells, G, n, interval, rows_of)
         stretches = _Stretches(*(jnp.concatenate(x) for x in zip(whole, parts)))
-        in_part = rows_of_most(pattern, room and steps_in_all or n, length, 1)
-        total += 2 * count * int(in_part)
+        total += 2 * count * rows_of_most(pattern, in_part, length, 1)
         sequence = jnp.argsort(jax.lax.stop_gradient(stretches.begin), stable=True)
         stretches = _Stretches(*(x[sequence] for x in stretches))
         place = jnp.argsort(sequence)[: first.shape[0]]
@@ -190,26 +193,23 @@ def blocks_of(
     own_ticks = None
     if ticks is not None:
         own_ticks = xp.asarray(ticks)[own.instant] & (opens & (own.odd < 0))[:, None]
-    of_rows = (
-        own.begin + told(pattern.offset, done) * own.step,
-        told(pattern.step, 1.0) * own.step,
-        xp.where(used, counts, 0),
-        told(pattern.kind, -2),
-        own.odd,
-        opens,
-        regular & (b == fills),
-        told(pattern.end, False),
-    )
     samples = _samples(xp, pattern, first, top, G, most, n, order, length)
     return Blocks(
-        *(jnp.asarray(x) for x in of_rows),
-        piece,
-        None if own_ticks is None else jnp.asarray(own_ticks),
-        jnp.asarray(samples),
-        jnp.asarray(behind[-1]),
-        parts.step if count else jnp.zeros(0),
-        parts.begin if count else jnp.zeros(0),
-        length,
+        begin=jnp.asarray(own.begin + told(pattern.offset, done) * own.step),
+        step=jnp.asarray(told(pattern.step, 1.0) * own.step),
+        count=jnp.asarray(xp.where(used, counts, 0)),
+        kind=jnp.asarray(told(pattern.kind, REGULAR)),
+        odd=jnp.asarray(own.odd),
+        opens=jnp.asarray(opens),
+        filled=jnp.asarray(regular & (b == fills)),
+        ends=jnp.asarray(told(pattern.end, False)),
+        piece=piece,
+        ticks=None if own_ticks is None else jnp.asarray(own_ticks),
+        samples=jnp.asarray(samples),
+        used=jnp.asarray(behind[-1]),
+        lengths=parts.step if parts else jnp.zeros(0),
+        starts=parts.begin if parts else jnp.zeros(0),
+        length=length,
     )
 
 
@@ -251,8 +251,8 @@ def _parts(inside, cells, G, n, interval, rows_of) -> _Stretches:
 
 
 def _samples(xp, pattern: Pattern, first, top, G, most: int, n, order: int, length: int):
-    """Each instant of the grid lies in the last stretch of whole intervals that begins before or at it. Behind
-    the end the last one stands."""
+    """Each instant of the grid lies in the last stretch of whole intervals that begins before or at it.
+    Behind the end the last one stands."""
     instants = xp.minimum(np.arange(most + 1), G)
     stretch = xp.searchsorted(first, instants, side="right") - 1
     p = (instants - first[stretch]) * n

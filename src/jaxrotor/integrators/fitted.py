@@ -24,7 +24,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .blocks import Blocks
+from .blocks import REGULAR, Blocks
+from .fitted_weights import FittedWeights
 from .ladder import Ladder
 from .progress import PARTS, hand_over
 from .step_times import held_within
@@ -34,8 +35,8 @@ Field = Callable[[Array, Vector], Vector]
 
 
 class _Carried(NamedTuple):
-    """`N` at the last k points, newest first, and `states` there, while the history fills too: `coarse`, at
-    the ends of regular steps, and their states."""
+    """Between blocks. `N` at the last k points, newest first, and `coarse`, at the ends of regular steps
+    while the history fills; `states` where either stands; `rung` of the ladder."""
 
     y: Vector
     N: Float[Array, "k m"]
@@ -45,9 +46,9 @@ class _Carried(NamedTuple):
 
 
 class Method(NamedTuple):
-    """`evaluations` of the field in a step. `probe`: whether each block ends with one more, at its last state,
-    by which the run's error is known. `lasting`: whether only as many blocks are gone through as are used,
-    which reverse mode does not know."""
+    """`evaluations` of the field in a step. `probe`: whether each block ends with one more, at its last
+    state, by which the run's error is known. `lasting`: whether only as many blocks are gone through as are
+    used, which reverse mode does not know."""
 
     evaluations: int = 1
     probe: bool = False
@@ -58,8 +59,8 @@ _PLAIN = Method()
 
 
 class Course(eqx.Module):
-    """The states at the grid's instants, or what `watch` kept of them; of each instant the gap of N there, and
-    by how much it grew in the step before; of each block what the probe found beside those two."""
+    """The states at the grid's instants, or what `watch` kept of them; of each instant the gap of N
+    there, and by how much it grew in the step before; of each block what the probe found beside those two."""
 
     kept: Any
     gaps: Float[Array, "g 2 m"] | None
@@ -78,79 +79,57 @@ def run_through(
     told: bool = False,
 ) -> Course:
     """`speed(t, y)`: rad/s. `tick(t, y, due)`: what changes the state where clocks tick; what is returned is
-    the state behind it. `watch`: what is kept of a block's instants and states. `told`: what is at the samples is handed
-    over, part by part, while it comes.
+    the state behind it. `watch`: what is kept of a block's instants and states. `told`: what is at the
+    samples is handed over, part by part, while it comes.
     """
     k, m = ladder.order, ladder.moments.mean.shape[3]
-    rows = y0.size - m
     length = blocks.length
 
     def block(carried: _Carried, x):
         begin, h, count, kind, odd, opens, filled, ends, piece, due = x
-        y, N, coarse, states, rung = carried
+        y, N, coarse, states, before = carried
         if tick is not None:
             y = tick(begin, y, due)
-        middle = begin + 0.5 * jnp.where(kind == -2, length * h, 0.0)
+        # a history is of one linearisation while it fills
+        regular = kind == REGULAR
+        middle = begin + 0.5 * jnp.where(regular, length * h, 0.0)
         own = jax.lax.stop_gradient(speed(middle, y))
-        now = jnp.where(opens | (kind == -2), ladder.nearest(own), rung)
+        rung = jnp.where(opens | regular, ladder.nearest(own), before)
+        at = ladder.linearisation(rung, odd)
+        A, weights = ladder.A[at], ladder.weights(rung, odd, kind, own)
+        follow = ladder.follow(at, rung, odd, own, weights)
         N = jnp.where(filled, coarse, N)
-        at = ladder.linearisation(now, odd)
-        A = ladder.A[at]
-        N = _rebased(N, states, ladder.A[ladder.linearisation(rung, odd)] - A)
-        weights = ladder.weights(now, odd, kind, own)
-        follow = ladder.follow(at, now, odd, own, weights)
-        lower = A[rows:]
+        N = _rebased(N, states, ladder.A[ladder.linearisation(before, odd)] - A)
+
+        def instant(j):
+            t = begin + j * h
+            return t if piece is None else held_within(piece, t)
 
         def one(carry, j):
             y, N = carry
-            t1 = begin + (jnp.minimum(j, count - 1) + 1) * h
-            if piece is not None:
-                t1 = held_within(piece, t1)
-            x = weights.predict @ jnp.concatenate([y, N.ravel()])
-            expected = weights.ahead @ N
-            is_step = j < count
+            x, expected = weights.predict @ jnp.concatenate([y, N.ravel()]), weights.ahead @ N
             if method.probe:
                 probing = j == length
                 x, expected = jnp.where(probing, y, x), jnp.where(probing, N[0], expected)
-
-            def evaluated(carry, _):
-                x, gap = carry
-                value = f(t1, x)[rows:] - lower @ x
-                further = value - expected - gap
-                further = further + follow @ further
-                return (x + weights.correct @ further, gap + further), value
-
-            through = (x, jnp.zeros(m))
-            if method.evaluations == 1:
-                (x, gap), value = evaluated(through, None)
-            else:
-                (x, gap), values = jax.lax.scan(evaluated, through, None, length=method.evaluations)
-                value = values[0]
+            t1 = instant(jnp.minimum(j, count - 1) + 1)
+            x, gap, first = _corrected(f, A, weights, follow, method.evaluations, t1, x, expected)
             if method.probe:
-                gap = jnp.where(probing, value - expected, gap)
+                first = jnp.where(probing, first, gap)
+            is_step = j < count
             y = jnp.where(is_step, x, y)
             N = jnp.where(is_step, jnp.concatenate([(expected + gap)[None], N[:-1]]), N)
-            return (y, N), (y, gap if method.probe else None)
+            return (y, N), (y, first if method.probe else None)
 
         (y1, N), (ys, gaps) = jax.lax.scan(one, (y, N), jnp.arange(length + method.probe))
-        ys = ys[:length]
-        coarse = jnp.where(opens | ends, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
-        pushed = jnp.where(opens | ends, jnp.concatenate([y1[None], states[:-1]]), states)
-        states = jnp.where(kind == -2, ys[-k:][::-1], pushed)
+        ys, pushes = ys[:length], opens | ends
+        coarse = jnp.where(pushes, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
+        states = jnp.where(pushes, jnp.concatenate([y1[None], states[:-1]]), states)
+        states = jnp.where(regular, ys[-k:][::-1], states)
         seen = jnp.concatenate([y[None], ys])
         if watch is not None:
-            t = begin + h * np.arange(length + 1)
-            seen = watch(t if piece is None else jax.vmap(lambda t: held_within(piece, t))(t), seen)
-        grown = probed = None
-        if method.probe:
-            gaps = jax.lax.stop_gradient(gaps)
-            whole = (kind == -2) & (count == length)
-            before, last, probed = gaps[length - 2], gaps[length - 1], gaps[length]
-            probed = jnp.where(whole, jnp.stack([probed, last, last - before]), 0.0)
-            gaps = jnp.where((kind == -2) & (jnp.arange(length) < count), gaps[:length].T, 0.0).T
-            grown = jnp.stack([gaps[1:], gaps[1:] - gaps[:-1]], axis=1)
-            grown = jnp.pad(grown, ((2, 0), (0, 0), (0, 0)))
-        return _Carried(y1, N, coarse, states, now), (seen, grown, probed)
+            seen = watch(jax.vmap(instant)(jnp.arange(length + 1.0)), seen)
+        told_gaps = (None, None) if gaps is None else _gaps(gaps, regular, count)
+        return _Carried(y1, N, coarse, states, rung), (seen, *told_gaps)
 
     zero = jnp.zeros((k, m))
     rung = ladder.nearest(jax.lax.stop_gradient(speed(blocks.begin[0], y0)))
@@ -170,8 +149,44 @@ def run_through(
     )
 
 
+def _corrected(
+    f: Field, A, weights: FittedWeights, follow, evaluations: int, t1, x: Vector, expected
+) -> tuple[Vector, Array, Array]:
+    """From what was predicted, and N `expected` there: the corrected state, by how much N there differs from
+    that, and by how much N at the predicted state does."""
+    rows = x.size - expected.size
+
+    def evaluated(carry, _):
+        x, gap = carry
+        seen = f(t1, x)[rows:] - A[rows:] @ x - expected
+        further = seen - gap
+        further = further + follow @ further
+        return (x + weights.correct @ further, gap + further), seen
+
+    begin = (x, jnp.zeros(expected.size))
+    if evaluations == 1:
+        (x, gap), first = evaluated(begin, None)
+        return x, gap, first
+    (x, gap), seen = jax.lax.scan(evaluated, begin, None, length=evaluations)
+    return x, gap, seen[0]
+
+
+def _gaps(gaps: Float[Array, "l+1 m"], regular, count) -> tuple[Array, Array]:
+    """Of a block whose last step is the probe: the gap and its growth at its begin and behind each step,
+    where they are known; and what the probe found beside the last of both."""
+    gaps, length = jax.lax.stop_gradient(gaps), gaps.shape[0] - 1
+    before, last, found = gaps[length - 2 :]
+    probed = jnp.stack([found, last, last - before])
+    probed = jnp.where(regular & (count == length), probed, 0.0)
+    known = regular & (jnp.arange(length) < count)
+    own = jnp.where(known[:, None], gaps[:length], 0.0)
+    grown = jnp.stack([own[1:], own[1:] - own[:-1]], axis=1)
+    return jnp.pad(grown, ((2, 0), (0, 0), (0, 0))), probed
+
+
 def _rebased(N: Float[Array, "k m"], states: Float[Array, "k d"], change: Float[Array, "d d"]):
-    """The history of another linearisation, by how much A is less now: the field `A y + N` was what it was."""
+    """The history of another linearisation, by how much A is less now: the field `A y + N` was what it
+    was."""
     return N + states @ change[states.shape[1] - N.shape[1] :].T
 
 

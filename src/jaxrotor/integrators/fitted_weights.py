@@ -57,8 +57,8 @@ def moments(
     exact_rows: int = 0,
     levels: int = 1,
 ) -> Moments:
-    """What weights by `order` past values are mixed from, for steps of `h/2^levels`, ..., `h/2`, `h`: stacked.
-    Those of `h` turn by `turn`, the shorter ones by as much less."""
+    """What weights by `order` past values are mixed from, for steps of `h/2^levels`, ..., `h/2`, `h`:
+    stacked. Those of `h` turn by `turn`, the shorter ones by as much less."""
     d = balance(A)
     phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn, levels)
     phi = phi * (d[:, None] / d[None, :])
@@ -109,7 +109,7 @@ def fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> Mi
     return mix @ before, _inverse(full, at)[order] @ after, mix @ basis[:, order]
 
 
-def _inverse(basis: Float[Array, "n n"], points: np.ndarray) -> Float[Array, "n n"]:
+def _inverse(basis: Float[Array, "n n"], points: np.ndarray) -> Any:
     """Of the values at the points of functions that are powers but for the last two. (No call of LAPACK, of
     which several devices of one processor would wait for each other.)"""
     n = points.size

@@ -1,8 +1,8 @@
 """The weights of a run: linearisations at rising speeds, and of each what weights are mixed from.
 
-A goes with the speed, so that one evaluation a step is stable; what is left of its change follows a correction
-(`Rung.follow`). The pair that weights are fitted to goes with the speed in finer steps than A: it costs little,
-and accuracy hangs on it.
+A goes with the speed, so that one evaluation a step is stable; what is left of its change follows a
+correction (`Rung.follow`). The pair that weights are fitted to goes with the speed in finer steps than A:
+it costs little, and accuracy hangs on it.
 """
 
 import equinox as eqx
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .blocks import Blocks
+from .blocks import ALONE, REGULAR, Blocks
 from .fitted_weights import (
     FittedWeights,
     Moments,
@@ -35,11 +35,11 @@ def rung_speeds(top: Float[Array, ""], rungs: int = RUNGS) -> Float[Array, " s"]
 
 
 class Ladder(eqx.Module):
-    """`speeds` (rad/s) of the linearisations `A`, whose change for each rad/s is `slopes`; then those of the parts
-    of intervals beside jumps, `A` and `slopes` alike.
+    """`speeds` (rad/s) of the linearisations `A`, whose change for each rad/s is `slopes`; then those of
+    the parts of intervals beside jumps, `A` and `slopes` alike.
 
-    `moments`: of regular steps at each A, of the short steps of the start, and of no step at all. `mixes`: for
-    the fits of each rung, at `turns` (rad), of the start, by powers alone, and none.
+    `moments`: of regular steps at each A, of the short steps of the start, and of no step at all.
+    `mixes`: for the fits of each rung, at `turns` (rad), of the start, by powers alone, and none.
     """
 
     speeds: Float[Array, " s"]
@@ -48,7 +48,7 @@ class Ladder(eqx.Module):
     A: Float[Array, "a d d"]
     slopes: Float[Array, "a m d"]
     moments: Moments
-    mixes: tuple[Float[Array, "x k q"], Float[Array, "x q"], Float[Array, "x k"]]
+    mixes: tuple[Array, ...]
     order: int = eqx.field(static=True)
     chains: int = eqx.field(static=True)
 
@@ -68,15 +68,17 @@ class Ladder(eqx.Module):
         chain = jnp.where(odd < 0, jnp.minimum(rung, self.chains - 1), self.chains + odd)
         start = jnp.maximum(kind, 0)
         which = jnp.where(
-            kind == -2, at, regular + chain * max(levels) + max(levels) - jnp.asarray(levels)[start]
+            kind == REGULAR,
+            at,
+            regular + chain * max(levels) + max(levels) - jnp.asarray(levels)[start],
         )
-        which = jnp.where(kind == -1, self.moments.flow.shape[0] - 1, which)
+        which = jnp.where(kind == ALONE, self.moments.flow.shape[0] - 1, which)
         turn = turn_of(speed, self.h)
         fit = rung * fits + jnp.argmin(jnp.abs(self.turns[rung] - turn))
         first = rungs * fits
         mix = jnp.where(odd < 0, fit, first + len(levels))
         mix = jnp.where(
-            kind == -2, mix, jnp.where(kind == -1, first + len(levels) + 1, first + start)
+            kind == REGULAR, mix, jnp.where(kind == ALONE, first + len(levels) + 1, first + start)
         )
         own = jax.tree.map(lambda x: x[which], self.moments)
         return weights_of(own, *(x[mix] for x in self.mixes))
@@ -104,8 +106,9 @@ def ladder_of(
     speeds_of_parts: Float[Array, " o"] | None = None,
     start: Float[Array, ""] | float = 0.0,
 ) -> Ladder:
-    """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at `speeds_of_parts`. `start`: the
-    speed at the start, which is all there is of a start where nothing jumps."""
+    """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
+    `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
+    jumps."""
     s, d, _ = A.shape
     steps = first_steps(order)
     levels = _levels(steps)
@@ -114,7 +117,7 @@ def ladder_of(
     slopes = _slopes(speeds, A)[:, exact_rows:]
 
     def chain(x):
-        own = moments(*x, order, exact_rows, max(levels))
+        own = moments(x[0], x[1], x[2], order, exact_rows, max(levels))
         return jax.tree.map(lambda x: x[-1], own), jax.tree.map(lambda x: x[:-1], own)
 
     regular, starting = jax.lax.map(chain, (A, jnp.broadcast_to(h, speeds.shape), near))
@@ -122,7 +125,7 @@ def ladder_of(
         first = jnp.argmin(jnp.abs(speeds - start))
         starting = jax.tree.map(lambda x: x[first][None], starting)
     chains = 1 if single else s
-    if blocks is not None and blocks.lengths.size:
+    if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
         at = jnp.argmin(jnp.abs(speeds[:, None] - speeds_of_parts), axis=0)
         own = (A[at], blocks.lengths, jnp.zeros(blocks.lengths.size))
         parts = jax.lax.map(chain, own)

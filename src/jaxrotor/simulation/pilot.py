@@ -140,9 +140,9 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         if blame:
             raise InputError(f"{blame} before anything moves: mend its law")
         raise ConvergenceError(
-            f"no step was found that keeps the error below {tolerance:g}, with up to {_MOST} steps a sample: "
-            "raise the sample rate, give shafts without damping some (rayleigh=..., their short waves ring for "
-            "ever), or choose a solver for stiff nonlinearity such as jr.Rosenbrock()"
+            f"no step was found that keeps the error below {tolerance:g}: raise the sample rate, give "
+            "shafts without damping some (rayleigh=..., their short waves ring for ever), or choose a solver "
+            "for stiff nonlinearity such as jr.Rosenbrock()"
         )
     substeps, evaluations, error = found
     return Plan(substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations)
@@ -233,8 +233,10 @@ def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) ->
 
 @quickly_compiled
 def pilot(machine, instants, abrupt, h, top, order: int, evaluations: int) -> Float[Array, ""]:
-    """Largest difference between steps of h (s) and of half of it, over all pilots, as part of the peak; `top`
-    in rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly."""
+    """Largest difference between steps of h (s) and of half of it, over all pilots, as part of the peak.
+
+    `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
+    """
     if instants.ndim == 0:
         return _pilot_at(machine, instants, abrupt, h, top, order, evaluations)
     # the last at top speed, the others at the drive's own there

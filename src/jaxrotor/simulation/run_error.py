@@ -132,9 +132,9 @@ def _power(matrix: Float[Array, "d d"], n: Array) -> Float[Array, "d d"]:
 
 
 def _defects(order: int, course: Course) -> Float[Array, "nt m"]:
-    """r at the samples: `c + γ* ∇ gap`. c, N at the corrected state less what is remembered of it, is told by the
-    gap and its growth (which is what the gap is a quarter turn later): in the parts of both that the probes
-    found, row by row."""
+    """r at the samples: `c + γ* ∇ gap`. c, N at the corrected state less what is remembered of it, is
+    told by the gap and its growth (which is what the gap is a quarter turn later): in the parts of both
+    that the probes found, row by row."""
     assert course.gaps is not None and course.probes is not None
     gap, growth = course.gaps[:, 0], course.gaps[:, 1]
     found, *beside = jnp.moveaxis(course.probes, 1, 0)

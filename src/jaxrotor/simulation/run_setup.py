@@ -9,7 +9,6 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..integrators.adaptive import adaptive_samples
@@ -33,12 +32,12 @@ from .start import needs_balanced
 
 
 class Room(eqx.Module):
-    """For runs of any length and step, up to so many `steps` in all: the numbers of a run's own intervals, and
-    steps in each."""
+    """For runs of any length and step: the numbers of a run's own intervals, and steps in each. `most`: of
+    intervals, steps in all, and steps in an interval."""
 
     intervals: Int[Array, ""]
     substeps: Int[Array, ""]
-    steps: int = eqx.field(static=True)
+    most: tuple[int, int, int] = eqx.field(static=True)
 
 
 class RunSetup(eqx.Module):
@@ -61,7 +60,9 @@ class RunSetup(eqx.Module):
 
     @property
     def times(self) -> Float[Array, " nt"]:
-        at = np.arange(self.count) if self.room is None else self._within(self.room.intervals)
+        at = jnp.arange(self.count)
+        if self.room is not None:
+            at = jnp.minimum(at, self.room.intervals)
         return at * self.interval
 
     @property
@@ -72,9 +73,6 @@ class RunSetup(eqx.Module):
     def substeps(self) -> int | Array:
         return self.solver.substeps if self.room is None else self.room.substeps  # pyright: ignore
 
-    def _within(self, last: Array) -> Array:
-        return jnp.minimum(np.arange(self.count), last)
-
 
 def roomy(setup: RunSetup) -> RunSetup:
     """One program for it and for others like it that are shorter or longer, or step otherwise; for those that
@@ -82,14 +80,14 @@ def roomy(setup: RunSetup) -> RunSetup:
     if not isinstance(setup.solver, ExponentialAdams) or setup.grid is not None:
         return setup
     intervals, substeps = setup.count - 1, setup.solver.substeps
-    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), _roomy(intervals * substeps))
+    most = _roomy(intervals, 100), _roomy(intervals * substeps, 100), _roomy(substeps, 8)
+    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most)
     solver = stepped(setup.solver, 1)
-    return dataclasses.replace(setup, solver=solver, count=_roomy(intervals) + 1, room=room)
+    return dataclasses.replace(setup, solver=solver, count=most[0] + 1, room=room)
 
 
-def _roomy(count: int) -> int:
-    """The next of 1, 1.5, 2, 3, 4, 6, ... hundreds."""
-    size = 100
+def _roomy(count: int, size: int) -> int:
+    """The next of 1, 1.5, 2, 3, 4, 6, ... sizes."""
     while size < count:
         size = size * 3 // 2 if size * 3 // 2 >= count else size * 2
     return size
@@ -201,7 +199,7 @@ def prepare(
         solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
-        room=None if setup.room is None else (setup.count - 1, setup.room.steps),
+        room=None if setup.room is None else setup.room.most,
     )
     # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
@@ -211,11 +209,11 @@ def prepare(
         speeds,
         A,
         interval / substeps,
-        solver.order_,
+        solver.order_,  # pyright: ignore
         rows,
         blocks,
         of_parts,
-        start,  # pyright: ignore
+        start,
     )
     return Prepared(blocks=blocks, ladder=ladder)
 

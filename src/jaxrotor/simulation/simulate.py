@@ -125,9 +125,14 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
             step = plan_for(machine, simulation, simulation.speed)
         else:  # what speed a line without a drive reaches is known when it has run
             info = simulate(machine, simulation, progress=False).info
-            numbers = (info.linearised_at, info.planned_top_speed, info.pilot_error, info.tolerance)
             step = Plan(
-                info.substeps or 1, info.order or 6, *map(float, numbers), info.evaluations or 1
+                info.substeps or 1,
+                info.order or 6,
+                float(info.linearised_at),
+                float(info.planned_top_speed),
+                float(info.pilot_error),
+                float(info.tolerance),
+                info.evaluations or 1,
             )
     return dataclasses.replace(simulation, solver=solver, step=step, tolerance=None)
 

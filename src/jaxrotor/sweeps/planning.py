@@ -33,7 +33,8 @@ _SCOUTS, _ROUNDS = 64, 4
 
 class Steps(NamedTuple):
     """`substeps`: (n,) of each machine, `NO_STEP` where none is found, 0 where the solver chooses. `speed`:
-    rad/s, at which all are linearised. `reason`: why some have none. `evaluations`: of the field in a step."""
+    rad/s, at which all are linearised. `reason`: why some have none. `evaluations`: of the field in a
+    step."""
 
     substeps: np.ndarray
     speed: float
@@ -150,7 +151,8 @@ def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> n
 @eqx.filter_jit
 def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
     def one(own, when):
-        return pilot(placed(machine, own), when, *at, plan.order, plan.evaluations)
+        abrupt, h, top = at
+        return pilot(placed(machine, own), when, abrupt, h, top, plan.order, plan.evaluations)
 
     return jax.vmap(one)(values, when)
 
