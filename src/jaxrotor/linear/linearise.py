@@ -13,17 +13,19 @@ from ..core.arguments import number
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.kinematics import COORDINATES
 from ..core.parameter import require_x64
+from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, relative_field
-from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
+from .coordinates import coordinate_order, internal_order, row_of
 from .eigen import eigensystem
+from .instant import prepare
+from .steady import Steady, steady
 
 # A rounding in every product of a sum, and some to spare.
 _ROUNDING = 4 * float(np.finfo(float).eps)
@@ -161,9 +163,24 @@ def linearize(
     return linearize_checked(machine, jnp.asarray(speed, float), at)
 
 
-@eqx.filter_jit
 def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     """`linearize` of what has been checked: for loops over speeds."""
+    if traced(machine, speed, at):
+        return _derivable(machine, speed, at)
+    return model_of(machine, steady(prepare(machine), float(speed), at), float(speed))
+
+
+def model_of(machine: Machine, found: Steady, speed: float) -> LinearModel:
+    at, n = found.at, len(found.M)
+    D, K = -found.M @ at.A[n : 2 * n, n : 2 * n], -found.M @ at.A[n : 2 * n, :n]
+    return jax.tree.map(
+        jnp.asarray, _ordered(machine, found.M, D, K, at.A, at.B, np.float64(speed), at.state)
+    )
+
+
+@eqx.filter_jit
+def _derivable(machine: Machine, speed, at) -> LinearModel:
+    """The same under a trace."""
     system = assemble(machine, nominal=True)
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], speed, zero)
@@ -175,7 +192,7 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     nodes = system.layout.n_nodes
-    component, station, order, labels = coordinate_order(machine)
+    component, station, *_ = coordinate_order(machine)
 
     def pushed(force):
         applied = jnp.zeros((6, nodes)).at[component, station].set(force)
@@ -188,8 +205,14 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
+    return _ordered(machine, M, D, K, A, B, speed, from_flat(zero, y, system, reference))
+
+
+def _ordered(machine: Machine, M, D, K, A, B, speed, state: State) -> LinearModel:
+    """From the vector field's order to a person's; of NumPy's or JAX's arrays. D is all that multiplies
+    q'."""
+    _, _, order, labels = coordinate_order(machine)
     whole = internal_order(order, A.shape[0])
-    state = from_flat(zero, y, system, reference)
     names = structure_of(machine).wiring.stations
     spins = state.velocity[np.array([names.index(s) for s, _ in labels], int), 5]
     grid, both = np.ix_(order, order), np.ix_(whole, whole)
@@ -215,38 +238,3 @@ def holding(
     component, station, _, _ = coordinate_order(machine)
     n = n_free(system)
     return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own[n : 2 * n])
-
-
-def coordinate_order(
-    machine: Machine,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[str, str], ...]]:
-    """Of the free coordinates as the vector field has them: component and internal station of each; the
-    order in which a person lists them, station by station; and their names in that order."""
-    lineup = structure_of(machine)
-    layout = lay_out(lineup)
-    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
-    place = np.argsort(np.array(layout.internal))[station]  # the user's number of each station
-    order = np.lexsort((component, place))
-    names = lineup.wiring.stations
-    labels = tuple((names[place[i]], COORDINATES[component[i]]) for i in order)
-    return component, station, order, labels
-
-
-def internal_order(order: np.ndarray, size: int) -> np.ndarray:
-    """Where the entries of a state as a person lists them stand in the vector field's."""
-    n = order.size
-    return np.concatenate([order, n + order, np.arange(2 * n, size)])
-
-
-def row_of(labels: tuple[tuple[str, str], ...], place: str) -> int:
-    """Row of `"main.y"`; raises `InputError`."""
-    station, _, coordinate = place.rpartition(".")
-    if (station, coordinate) not in labels:
-        known = sorted({s for s, _ in labels})
-        if station in known and coordinate in COORDINATES:
-            raise InputError(f"`{place}`: {coordinate} of `{station}` is held, it cannot move")
-        raise InputError(
-            f"`{place}`: no such coordinate: write station.coordinate with one of the stations "
-            f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
-        )
-    return labels.index((station, coordinate))

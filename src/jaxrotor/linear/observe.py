@@ -13,7 +13,7 @@ from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..simulation.named_parts import forces_on_ends, part_of, signals_of
-from .linearise import row_of
+from .coordinates import row_of
 
 _UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}
 _FORCES = {c: "N" if c in "xyz" else "N*m" for c in COORDINATES}

@@ -24,7 +24,8 @@ from ..machine.speed_ratios import root
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from ..simulation.state import State, to_flat
-from .linearise import coordinate_order, holding, internal_order, linearize
+from .coordinates import coordinate_order, internal_order
+from .linearise import holding, linearize
 from .observe import observe, outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve

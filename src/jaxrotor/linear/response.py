@@ -19,7 +19,8 @@ from ..core.result_text import HERTZ, shows
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..simulation.state import to_flat
-from .linearise import LinearModel, coordinate_order, internal_order, linearize
+from .coordinates import coordinate_order, internal_order
+from .linearise import LinearModel, linearize
 from .observe import Output, outputs_of, sensitivity
 from .poles import beside_poles, poles_of
 

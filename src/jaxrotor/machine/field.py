@@ -129,6 +129,18 @@ def net_loads(
     return ev.loads.ravel()[np.array(system.layout.free, int)], ev.rates
 
 
+@eqx.filter_jit  # as `relative_field`
+def rates_and_loads(
+    t, y, system: System, reference: Reference, applied: Float[Array, "6 m"]
+) -> tuple[Float[Array, " d"], Float[Array, " f"], Float[Array, " k"]]:
+    """`relative_field`, and what a steady state has none of: the generalized loads on the free coordinates
+    (N, N·m), and the internal states' rates."""
+    u, s, z = unpack(t, y, system, reference)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
+    loads = ev.loads.ravel()[np.array(system.layout.free, int)]
+    return _flat_rates(s, ev, system, reference), loads, ev.rates
+
+
 def initial_states(system: System) -> Float[Array, " k"]:
     parts = [
         actor.call("initial").ravel()

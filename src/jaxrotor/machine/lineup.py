@@ -1,5 +1,6 @@
 """The line-up: every part of a machine, with what is lumped filled in and composites taken apart."""
 
+import functools
 from typing import Any
 
 import equinox as eqx
@@ -120,6 +121,15 @@ def _flat(x: Any) -> Any:
 
 def structure_of(machine: Built) -> Lineup:
     """The line-up with shapes in place of arrays: nothing is computed."""
+    leaves, tree = jax.tree.flatten(machine)
+    if all(hasattr(x, "shape") and hasattr(x, "dtype") for x in leaves):
+        return _structure(tree, tuple((tuple(x.shape), x.dtype) for x in leaves))
+    return eqx.filter_eval_shape(line_up, machine)
+
+
+@functools.lru_cache(maxsize=32)  # of a line of finite elements it takes a quarter of a second
+def _structure(tree: Any, kinds: tuple[tuple[tuple[int, ...], Any], ...]) -> Lineup:
+    machine = jax.tree.unflatten(tree, [jax.ShapeDtypeStruct(*kind) for kind in kinds])
     return eqx.filter_eval_shape(line_up, machine)
 
 

@@ -1,0 +1,115 @@
+"""Where the balanced machine stays while it turns, and its matrices there, as numbers: what
+`simulation/equilibrium.py` finds under a trace, without compiling the search."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from ..integrators.newton import FREE_MOTION
+from ..machine.field import n_free
+from ..simulation.state import State
+from .instant import Instant, Prepared, flat_state, instant
+
+_ITERATIONS, _HALVINGS, _SETTLED = 100, 30, 1e-12
+# A step that leaves more than this part of the loads has not reached it.
+_UNREACHED = 1e-6
+
+
+class Steady(NamedTuple):
+    """`at`: the instant, its A and B with the forces from outside, `held` (n,), that bear what is not in
+    balance; `y`: (d,); `M`: (n, n). All in the order of the vector field."""
+
+    at: Instant
+    y: np.ndarray
+    M: np.ndarray
+    held: np.ndarray
+
+
+def steady(prepared: Prepared, speed: float, at: Any) -> Steady:
+    """`at`: as for `linearize`."""
+    n = n_free(prepared.system)
+    if isinstance(at, State):  # whose own accelerations count
+        y = flat_state(prepared, at, speed)
+        found = instant(prepared, y, speed)
+        return Steady(found, y, _mass(found, n), np.zeros(n))
+    y = np.asarray(prepared.start)
+    found = instant(prepared, y, speed)
+    moved = at == "equilibrium" and len(y) > 0
+    if moved:
+        y, found = _balanced(prepared, y, speed, found)
+    held = -_mass(found, n) @ found.rates[n : 2 * n]
+    if moved or np.any(held):
+        found = instant(prepared, y, speed, held)
+    return Steady(found, y, _mass(found, n), held)
+
+
+def _mass(found: Instant, n: int) -> np.ndarray:
+    M = np.linalg.inv(found.B[n : 2 * n])
+    return 0.5 * (M + M.T)
+
+
+def _balanced(
+    prepared: Prepared, start: np.ndarray, speed: float, found: Instant
+) -> tuple[np.ndarray, Instant]:
+    """Newton's method on the loads, which the rates u' take no part in; a free line's common turning is held
+    where it is in place of its common torque. Returns the state and what is found next to it."""
+    n = n_free(prepared.system)
+    rows = np.r_[:n, 2 * n : len(start)]  # those that are looked for
+    turning = prepared.turning
+    free = farther = None
+    if turning is not None:
+        free = np.asarray(turning.free)
+        if np.any(far := np.asarray(turning.farther)):
+            farther = np.zeros((len(rows),) * 2)
+            farther[:n, :n] = free @ far - far
+
+    def missing(found: Instant, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        left, slope = found.loads.copy(), found.pull[:, rows].copy()
+        if free is not None:
+            slope[:n] -= free @ slope[:n]
+            slope[:n, :n] += free
+            left[:n] += free @ (y[:n] - left[:n])
+        return left, slope
+
+    y = start.copy()
+    for _ in range(_ITERATIONS):
+        left, slope = missing(found, y)
+        step = _solved(slope, left)
+        if farther is not None:
+            remains = np.max(np.abs(left - slope @ step))
+            if not remains <= _UNREACHED * np.max(np.abs(left)):
+                step = _solved(slope + farther, left)
+        share = 1.0
+        for _ in range(_HALVINGS + 1):
+            moved = y.copy()
+            moved[rows] -= share * step
+            done = share * np.max(np.abs(step)) <= _SETTLED * np.max(np.abs(moved[rows]))
+            if done:
+                return moved, found
+            beyond = instant(prepared, moved, speed)
+            if np.all(np.isfinite(missing(beyond, moved)[0])):
+                break
+            share *= 0.5
+        else:  # this is as far as it gets
+            return y, found
+        y, found = moved, beyond
+    return y, found
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """As `solve_linear`: the least-norm solution, with rows and columns of a like size."""
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(right))):
+        return np.full_like(right, np.nan)
+    rows = np.abs(matrix).max(1, initial=0.0)
+    rows[rows == 0] = 1.0
+    scaled = matrix / rows[:, None]
+    columns = np.abs(scaled).max(0, initial=0.0)
+    columns[columns == 0] = 1.0
+    scaled, right = scaled / columns, right / rows
+    factors, pivots, fault = scipy.linalg.lapack.dgetrf(scaled)
+    norm = np.abs(scaled).sum(0).max(initial=0.0)
+    # far from singular there is one solution, and no need to look for the least
+    if fault == 0 and scipy.linalg.lapack.dgecon(factors, norm)[0] > FREE_MOTION * len(right):
+        return scipy.linalg.lapack.dgetrs(factors, pivots, right)[0] / columns
+    return np.linalg.pinv(scaled, rcond=FREE_MOTION) @ right / columns
