@@ -5,10 +5,11 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
 from ..machine.layout import lay_out
-from ..machine.lineup import structure_of
+from ..machine.lineup import by_structure, structure_of
 from ..machine.machine import Machine
 
 
+@by_structure
 def coordinate_order(
     machine: Machine,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[str, str], ...]]:

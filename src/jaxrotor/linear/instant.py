@@ -59,7 +59,7 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
     given = map(jnp.asarray, (y, np.float64(speed), force))
     found, slopes, state = _instant(prepared.system, prepared.angle, *given)
     found, slopes = np.asarray(found), np.asarray(slopes)
-    return Instant(found[:d], found[d:], slopes[:d, :d], slopes[:d, d:], slopes[d:, :d], state)
+    return Instant(found[:d], found[d:], slopes[:d, :d], slopes[:d, d:], slopes[d:, :d], jax.tree.map(np.asarray, state))
 
 
 @quickly_compiled

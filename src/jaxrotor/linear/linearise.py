@@ -1,5 +1,6 @@
 """The machine made linear about a steady state, from its own vector field."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Literal
 
@@ -25,6 +26,7 @@ from ..simulation.state import State, from_flat, to_flat
 from .coordinates import coordinate_order, internal_order, row_of
 from .eigen import eigensystem
 from .instant import prepare
+from .over_speed import OverSpeed
 from .steady import Steady, steady
 
 # A rounding in every product of a sum, and some to spare.
@@ -156,26 +158,36 @@ def linearize(
     weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
     holds for any component. Raises `InputError` for another `at`, and for a speed that is not finite.
     """
+    check_linearized(at)
+    machine.check()
+    return linearize_checked(machine, jnp.asarray(speed, float), at)
+
+
+def check_linearized(at: Any) -> None:
+    """Raises `InputError` where nothing can be linearised about `at`."""
     require_x64()
     if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
         raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {at!r}')
-    machine.check()
-    return linearize_checked(machine, jnp.asarray(speed, float), at)
 
 
 def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     """`linearize` of what has been checked: for loops over speeds."""
     if traced(machine, speed, at):
         return _derivable(machine, speed, at)
-    return model_of(machine, steady(prepare(machine), float(speed), at), float(speed))
+    found = _model(machine, steady(prepare(machine), float(speed), at), float(speed))
+    return jax.tree.map(jnp.asarray, found)
 
 
-def model_of(machine: Machine, found: Steady, speed: float) -> LinearModel:
+def models_over_speed(machine: Machine, speeds: np.ndarray, at: Any) -> Callable[[float], LinearModel]:
+    """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
+    over = OverSpeed(machine, speeds, at)
+    return lambda speed: _model(machine, over(float(speed)), float(speed))
+
+
+def _model(machine: Machine, found: Steady, speed: float) -> LinearModel:
     at, n = found.at, len(found.M)
     D, K = -found.M @ at.A[n : 2 * n, n : 2 * n], -found.M @ at.A[n : 2 * n, :n]
-    return jax.tree.map(
-        jnp.asarray, _ordered(machine, found.M, D, K, at.A, at.B, np.float64(speed), at.state)
-    )
+    return _ordered(machine, found.M, D, K, at.A, at.B, np.float64(speed), at.state)
 
 
 @eqx.filter_jit

@@ -26,20 +26,25 @@ class Steady(NamedTuple):
     held: np.ndarray
 
 
-def steady(prepared: Prepared, speed: float, at: Any) -> Steady:
-    """`at`: as for `linearize`."""
+def steady(
+    prepared: Prepared, speed: float, at: Any, known: tuple[np.ndarray, Instant] | None = None
+) -> Steady:
+    """`at`: as for `linearize`. `known`: an equilibrium, and what is found there."""
     n = n_free(prepared.system)
     if isinstance(at, State):  # whose own accelerations count
         y = flat_state(prepared, at, speed)
         found = instant(prepared, y, speed)
         return Steady(found, y, _mass(found, n), np.zeros(n))
-    y = np.asarray(prepared.start)
-    found = instant(prepared, y, speed)
-    moved = at == "equilibrium" and len(y) > 0
-    if moved:
-        y, found = _balanced(prepared, y, speed, found)
+    moved = at == "equilibrium"
+    if known is not None:
+        y, found = known
+    else:
+        y = np.asarray(prepared.start)
+        found = instant(prepared, y, speed)
+        if moved and len(y):
+            y, found = _balanced(prepared, y, speed, found)
     held = -_mass(found, n) @ found.rates[n : 2 * n]
-    if moved or np.any(held):
+    if (moved and known is None) or np.any(held):
         found = instant(prepared, y, speed, held)
     return Steady(found, y, _mass(found, n), held)
 
@@ -52,49 +57,55 @@ def _mass(found: Instant, n: int) -> np.ndarray:
 def _balanced(
     prepared: Prepared, start: np.ndarray, speed: float, found: Instant
 ) -> tuple[np.ndarray, Instant]:
-    """Newton's method on the loads, which the rates u' take no part in; a free line's common turning is held
-    where it is in place of its common torque. Returns the state and what is found next to it."""
-    n = n_free(prepared.system)
-    rows = np.r_[:n, 2 * n : len(start)]  # those that are looked for
-    turning = prepared.turning
-    free = farther = None
-    if turning is not None:
-        free = np.asarray(turning.free)
-        if np.any(far := np.asarray(turning.farther)):
-            farther = np.zeros((len(rows),) * 2)
-            farther[:n, :n] = free @ far - far
-
-    def missing(found: Instant, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        left, slope = found.loads.copy(), found.pull[:, rows].copy()
-        if free is not None:
-            slope[:n] -= free @ slope[:n]
-            slope[:n, :n] += free
-            left[:n] += free @ (y[:n] - left[:n])
-        return left, slope
-
-    y = start.copy()
+    """Newton's method on the loads, in which the accelerations take no part. Returns the state, and what is
+    found next to it."""
+    rows = _sought(prepared, start)
+    y = start
     for _ in range(_ITERATIONS):
-        left, slope = missing(found, y)
-        step = _solved(slope, left)
-        if farther is not None:
-            remains = np.max(np.abs(left - slope @ step))
-            if not remains <= _UNREACHED * np.max(np.abs(left)):
-                step = _solved(slope + farther, left)
-        share = 1.0
+        step, share = _step(prepared, y, found), 1.0
         for _ in range(_HALVINGS + 1):
             moved = y.copy()
             moved[rows] -= share * step
-            done = share * np.max(np.abs(step)) <= _SETTLED * np.max(np.abs(moved[rows]))
-            if done:
+            if share * np.abs(step).max() <= _SETTLED * np.abs(moved[rows]).max():
                 return moved, found
             beyond = instant(prepared, moved, speed)
-            if np.all(np.isfinite(missing(beyond, moved)[0])):
+            if np.all(np.isfinite(beyond.loads)):
                 break
             share *= 0.5
         else:  # this is as far as it gets
             return y, found
         y, found = moved, beyond
     return y, found
+
+
+def moved_by(prepared: Prepared, y: np.ndarray, found: Instant) -> float:
+    """The largest entry of Newton's step from y."""
+    return float(np.abs(_step(prepared, y, found)).max(initial=0.0))
+
+
+def _sought(prepared: Prepared, y: np.ndarray) -> np.ndarray:
+    n = n_free(prepared.system)
+    return np.r_[:n, 2 * n : len(y)]
+
+
+def _step(prepared: Prepared, y: np.ndarray, found: Instant) -> np.ndarray:
+    """Of what is sought; a free line's common turning is held where it is in place of its common torque."""
+    n, rows = n_free(prepared.system), _sought(prepared, y)
+    left, slope = found.loads, found.pull[:, rows]
+    if prepared.turning is None:
+        return _solved(slope, left)
+    left, slope = left.copy(), slope.copy()
+    free, far = map(np.asarray, prepared.turning)
+    left[:n] += free @ (y[:n] - left[:n])
+    slope[:n] -= free @ slope[:n]
+    slope[:n, :n] += free
+    step = _solved(slope, left)
+    if np.any(far):
+        remains = np.abs(left - slope @ step).max()
+        if not remains <= _UNREACHED * np.abs(left).max():
+            slope[:n, :n] += free @ far - far
+            step = _solved(slope, left)
+    return step
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
