@@ -75,7 +75,9 @@ def of_ross():
         steel = ross.Material("steel", **STEEL)
         lengths = [length / n for length, n in PIECES.values() for _ in range(n)]
         shafts = [
-            ross.ShaftElement(x, 0.0, DIAMETER, material=steel, beta=1e-6, shear_method_calc="cowper")
+            ross.ShaftElement(
+                x, 0.0, DIAMETER, material=steel, beta=1e-6, shear_method_calc="cowper"
+            )
             for x in lengths
         ]
         mass, polar, transverse = WHEEL
@@ -189,7 +191,9 @@ def main() -> None:
     from machine import header
 
     print(header(*(() if given.mine else ("ross-rotordynamics",))))
-    print("| | first answer, processor s | later call, s | wall, s | ROSS's later call, s | numbers |")
+    print(
+        "| | first answer, processor s | later call, s | wall, s | ROSS's later call, s | numbers |"
+    )
     print("|---|---|---|---|---|---|")
     for task in given.tasks:
         (first, later, wall, numbers), said = fresh("jaxrotor", task)
@@ -197,7 +201,10 @@ def main() -> None:
         if not given.mine and task not in ("order", "torsion"):
             other, said = fresh("ross", task)
         beside = f"{other[1]:.3f} ({other[2]:.3f}) {other[3]}" if other else said[-300:]
-        print(f"| {task} | {first:.1f} | {later:.3f} | {wall:.3f} | {beside} | {numbers} |", flush=True)
+        print(
+            f"| {task} | {first:.1f} | {later:.3f} | {wall:.3f} | {beside} | {numbers} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -19,7 +19,13 @@ _LINEAR = frozenset(
 )
 _PRODUCTS = frozenset(("mul", "dot_general"))
 # Of their first operand, in places told by others; the updates of a scatter are its last operand.
-_PLACED = {"gather": 1, "dynamic_slice": 1, "scatter": 2, "scatter-add": 2, "dynamic_update_slice": 2}
+_PLACED = {
+    "gather": 1,
+    "dynamic_slice": 1,
+    "scatter": 2,
+    "scatter-add": 2,
+    "dynamic_update_slice": 2,
+}
 
 
 def degree(function: Callable[..., Any], arguments: Sequence[Any], given: Sequence[float]) -> Any:
@@ -79,5 +85,7 @@ def _step(equation: Any, given: list[float]) -> list[float]:
 def _placed(name: str, given: list[float]) -> float:
     if _PLACED[name] == 1:
         return given[0] if not any(given[1:]) else np.inf
-    places, updates = (given[1], given[2]) if name.startswith("scatter") else (max(given[2:]), given[1])
+    places, updates = (
+        (given[1], given[2]) if name.startswith("scatter") else (max(given[2:]), given[1])
+    )
     return max(given[0], updates) if not places else np.inf

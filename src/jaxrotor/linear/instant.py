@@ -45,6 +45,16 @@ class Instant(NamedTuple):
 
 @quickly_compiled
 def prepare(machine: Machine) -> Prepared:
+    return _prepared(machine)
+
+
+@quickly_compiled
+def prepare_both(machine: Machine) -> tuple[Prepared, System]:
+    """And the machine as it is, assembled."""
+    return _prepared(machine), assemble(machine)
+
+
+def _prepared(machine: Machine) -> Prepared:
     system = assemble(machine, nominal=True)
     start = jnp.concatenate([jnp.zeros(2 * n_free(system)), initial_states(system)])
     turning = jax.tree.map(jnp.asarray, turning_at_rest(system))
@@ -59,7 +69,14 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
     given = map(jnp.asarray, (y, np.float64(speed), force))
     found, slopes, state = _instant(prepared.system, prepared.angle, *given)
     found, slopes = np.asarray(found), np.asarray(slopes)
-    return Instant(found[:d], found[d:], slopes[:d, :d], slopes[:d, d:], slopes[d:, :d], jax.tree.map(np.asarray, state))
+    return Instant(
+        found[:d],
+        found[d:],
+        slopes[:d, :d],
+        slopes[:d, d:],
+        slopes[d:, :d],
+        jax.tree.map(np.asarray, state),
+    )
 
 
 @quickly_compiled
@@ -76,10 +93,15 @@ def _instant(system: System, angle, y, speed, force) -> tuple[Array, Array, Stat
 
 def field_and_loads(system: System, y: Array, reference: Any, force: Array) -> Float[Array, " m"]:
     """`rates` and `loads` as one vector."""
+    applied = on_nodes(system, force)
+    return jnp.concatenate(rates_and_loads(jnp.zeros(()), y, system, reference, applied))
+
+
+def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
+    """Forces on the free coordinates, as the vector field takes them."""
     layout = system.layout
     component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
-    applied = jnp.zeros((6, layout.n_nodes)).at[component, station].set(force)
-    return jnp.concatenate(rates_and_loads(jnp.zeros(()), y, system, reference, applied))
+    return jnp.zeros((6, layout.n_nodes)).at[component, station].set(force)
 
 
 def flat_state(prepared: Prepared, state: State, speed: float) -> np.ndarray:

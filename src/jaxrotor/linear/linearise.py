@@ -25,7 +25,7 @@ from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
 from .coordinates import coordinate_order, internal_order, row_of
 from .eigen import eigensystem
-from .instant import prepare
+from .instant import on_nodes, prepare
 from .over_speed import OverSpeed
 from .steady import Steady, steady
 
@@ -178,9 +178,11 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     return jax.tree.map(jnp.asarray, found)
 
 
-def models_over_speed(machine: Machine, speeds: np.ndarray, at: Any) -> Callable[[float], LinearModel]:
+def models_over_speed(
+    machine: Machine, speeds: np.ndarray, at: Any
+) -> Callable[[float], LinearModel]:
     """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
-    over = OverSpeed(machine, speeds, at)
+    over = OverSpeed(prepare(machine), speeds, at)
     return lambda speed: _model(machine, over(float(speed)), float(speed))
 
 
@@ -203,17 +205,14 @@ def _derivable(machine: Machine, speed, at) -> LinearModel:
         y, _ = running(system, reference)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
-    nodes = system.layout.n_nodes
-    component, station, *_ = coordinate_order(machine)
 
     def pushed(force):
-        applied = jnp.zeros((6, nodes)).at[component, station].set(force)
-        return relative_field(zero, y, system, reference, applied)
+        return relative_field(zero, y, system, reference, on_nodes(system, force))
 
     B, own = jax.jacfwd(lambda f: (pushed(f),) * 2, has_aux=True)(jnp.zeros(n))
     M = jnp.linalg.inv(B[n : 2 * n])
     M = 0.5 * (M + M.T)
-    held = None if isinstance(at, State) else holding(machine, system, own, M)
+    held = None if isinstance(at, State) else holding(system, own, M)
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
@@ -242,11 +241,8 @@ def _ordered(machine: Machine, M, D, K, A, B, speed, state: State) -> LinearMode
     )
 
 
-def holding(
-    machine: Machine, system: System, own: Float[Array, " d"], M: Array
-) -> Float[Array, "6 m"]:
+def holding(system: System, own: Float[Array, " d"], M: Array) -> Float[Array, "6 m"]:
     """Forces from outside that bear what would slow a steady state down or lift it off: `own` is the vector
     field there, in whose order `M` is too."""
-    component, station, _, _ = coordinate_order(machine)
     n = n_free(system)
-    return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own[n : 2 * n])
+    return on_nodes(system, -M @ own[n : 2 * n])

@@ -9,14 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..machine.field import n_free
-from ..machine.machine import Machine
 from ..simulation.state import State
 from .degree import degree
-from .instant import Prepared, field_and_loads, instant, prepare
+from .instant import Prepared, field_and_loads, instant
 from .steady import Steady, moved_by, steady
 
 # Beyond this degree speeds are taken one by one; gyroscopic and centrifugal terms have 2.
-_MOST = 4
+MOST_DEGREE = 4
 # Of what stands in a row, what polynomials may be off by; of the deflections, what a change of the speed may
 # move the steady state by.
 _SAME = 1e-12
@@ -54,21 +53,19 @@ def nodes_of(speeds: np.ndarray, most: float) -> np.ndarray:
 
 
 class OverSpeed:
-    """`Steady` of `machine` (checked) at any of `speeds`, rad/s, at="..." as for `linearize`."""
+    """`Steady` at any of `speeds`, rad/s; `at` as for `linearize`."""
 
-    def __init__(self, machine: Machine, speeds: np.ndarray, at: Any):
-        self.prepared, self.mode = prepare(machine), at
+    def __init__(self, prepared: Prepared, speeds: np.ndarray, at: Any):
+        self.prepared, self.mode = prepared, at
         self.nodes: Nodes | None = None
-        # of its rates under the forces from outside that hold it: what varies with the speed otherwise
-        # than by these is a polynomial of no higher degree
-        self.degree = np.inf
+        self.degree = np.inf  # of rates and loads, and of the forces from outside that hold it
         if not isinstance(at, State) and np.ptp(speeds) > 0:
             self._look(np.asarray(speeds, float))
 
     def _look(self, speeds: np.ndarray) -> None:
         most = _degree(self.prepared, 0.0)
-        most = _degree(self.prepared, most) if most <= _MOST else np.inf
-        if not (most <= _MOST and len(speeds) > most + 2):
+        most = _degree(self.prepared, most) if most <= MOST_DEGREE else np.inf
+        if not (most <= MOST_DEGREE and len(speeds) > most + 2):
             return
         where = nodes_of(speeds, most)
         first = steady(self.prepared, float(where[0]), self.mode)
@@ -86,7 +83,7 @@ class OverSpeed:
             return
         if any(not _alike(x.M, first.M) for x in found):
             return
-        self.nodes, self.degree = nodes, most
+        self.nodes, self.degree = nodes, float(most)
 
     def _beside(self, first: Steady, speed: float) -> Steady | None:
         """At another speed, where the same state is steady there, else `None`."""

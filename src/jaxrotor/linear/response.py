@@ -95,7 +95,7 @@ def frequency_response(
 
 @eqx.filter_jit
 def _responses(model: LinearModel, C: Array, columns: np.ndarray, frequencies, power: int) -> Array:
-    poles = poles_of(model)
+    poles = poles_of(model.A, model.M)
 
     def response(s):
         return as_complex(C) @ solve(model.A, s, model.B[:, columns]) * s**power
