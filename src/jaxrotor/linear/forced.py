@@ -17,8 +17,8 @@ from .excess import excess
 from .instant import Prepared, on_nodes, prepare_both
 from .observe import Output, observe, sensitivity
 from .over_speed import MOST_DEGREE, Nodes, OverSpeed, nodes_of
-from .poles import beside_poles_numbers, nearly_unbounded, poles_of
-from .resolvent import resolvent
+from .poles import beside_poles_numbers, poles_of
+from .resolvent import resolved, resolvent
 from .steady import Steady
 
 
@@ -118,13 +118,13 @@ def amplitudes(
 
 def _order(A: np.ndarray, M: np.ndarray, excited: _Excited, k: int, w: float) -> np.ndarray:
     n, force = len(M), excited.forces[k]
-    whirl = resolvent(A, n, 1j * w, force)
-    if nearly_unbounded(A, w, whirl, force):
-        whirl = beside_poles_numbers(
-            lambda s: excited.C @ resolvent(A, n, s, force), poles_of(A, M), w
-        )
-        return whirl + excited.direct[k]
-    return excited.C @ whirl + excited.direct[k]
+    whirl, near = resolved(A, n, w, force)
+    if not near:
+        return excited.C @ whirl + excited.direct[k]
+    found = beside_poles_numbers(
+        lambda s: excited.C @ resolvent(A, n, s, force), poles_of(A, M), w
+    )
+    return found + excited.direct[k]
 
 
 @quickly_compiled

@@ -79,13 +79,11 @@ def _without(values: Any, xp: Any) -> Any:
     return xp.where(pole, xp.inf, xp.mean(values, axis=0))
 
 
-def nearly_unbounded(A: Any, w: Any, x: Any, b: Any) -> Any:
+def nearly_unbounded(A: Array, w: Array, x: Array, b: Array) -> Bool[Array, ""]:
     """Whether in some row of `(i w - A) x = b` parts cancel each other that are so much larger than the
-    force that an eigenvalue may be met: a quick look, before `poles_of`. Of NumPy's or JAX's arrays."""
-    xp = np if isinstance(A, np.ndarray) else jnp
-    parts = abs(A) @ abs(x) + abs(w) * abs(x)
+    force that an eigenvalue may be met: a quick look, before `poles_of`."""
+    parts = jnp.abs(A) @ jnp.abs(x) + jnp.abs(w) * jnp.abs(x)
     # what is less than this part of the largest force is rounding, or hides behind its coupling
-    forced = abs(b) > 1e-7 * abs(b).max()
-    share = xp.where(forced, abs(b) / xp.where(forced, parts, 1.0), 1.0)
-    near = ~(xp.min(share) > 10 * _MET)
-    return near if xp is np else jax.lax.stop_gradient(near)
+    forced = jnp.abs(b) > 1e-7 * jnp.max(jnp.abs(b))
+    share = jnp.where(forced, jnp.abs(b) / jnp.where(forced, parts, 1.0), 1.0)
+    return jax.lax.stop_gradient(~(jnp.min(share) > 10 * _MET))

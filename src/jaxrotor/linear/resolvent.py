@@ -2,6 +2,11 @@
 next entries of the state."""
 
 import numpy as np
+import scipy.linalg
+
+# Times what stands behind the frequency: how far a force of no particular direction moves the state at most
+# where no eigenvalue is met (`poles.py` asks for 1e-9 of the frequency; a damped one is away 1e-4 and more).
+_NEAR = 1e5
 
 
 def resolvent(A: np.ndarray, n: int, s: complex, f: np.ndarray) -> np.ndarray:
@@ -34,3 +39,13 @@ def resolvent(A: np.ndarray, n: int, s: complex, f: np.ndarray) -> np.ndarray:
     x[kept] = (found.T / columns).T
     x[v] = s * x[q] - f[q]
     return x
+
+
+def resolved(A: np.ndarray, n: int, w: float, f: np.ndarray) -> tuple[np.ndarray, bool]:
+    """`resolvent` of f (d,) at i w, and whether an eigenvalue may be met there: told by how far another force,
+    of no particular direction, moves the state."""
+    _, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
+    other = np.random.default_rng(0).standard_normal(len(A))
+    x = resolvent(A, n, 1j * w, np.stack([f, scale * other], axis=1))
+    moved = np.linalg.norm(x[:, 1] / scale) * abs(w)
+    return x[:, 0], w == 0 or not moved <= _NEAR * np.linalg.norm(other)
