@@ -10,8 +10,9 @@ from jaxtyping import Array, Float
 
 from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, rates_and_loads
+from ..machine.lineup import Lineup, line_up
 from ..machine.machine import Machine
-from ..machine.system import System, assemble
+from ..machine.system import System, assembled
 from ..simulation.free_turning import Turning, turning_at_rest
 from ..simulation.state import State, from_flat, to_flat
 
@@ -45,17 +46,18 @@ class Instant(NamedTuple):
 
 @quickly_compiled
 def prepare(machine: Machine) -> Prepared:
-    return _prepared(machine)
+    return _prepared(machine, line_up(machine))
 
 
 @quickly_compiled
 def prepare_both(machine: Machine) -> tuple[Prepared, System]:
     """And the machine as it is, assembled."""
-    return _prepared(machine), assemble(machine)
+    lineup = line_up(machine)
+    return _prepared(machine, lineup), assembled(machine, lineup, nominal=False)
 
 
-def _prepared(machine: Machine) -> Prepared:
-    system = assemble(machine, nominal=True)
+def _prepared(machine: Machine, lineup: Lineup) -> Prepared:
+    system = assembled(machine, lineup, nominal=True)
     start = jnp.concatenate([jnp.zeros(2 * n_free(system)), initial_states(system)])
     turning = jax.tree.map(jnp.asarray, turning_at_rest(system))
     return Prepared(system, turning, start, system.reference(jnp.zeros(()))[0])
