@@ -1,5 +1,5 @@
 """Linear analysis of an overhung fan of 9 stations, each in a process of its own without any compiled
-program kept: processor seconds of the whole process until the first answer, and of a later call; beside ROSS's.
+program kept: processor seconds of the whole process until the first answer, and of a later call; and ROSS's.
 Prints a table; nothing is asserted (docs/benchmarks.md has a run of it)."""
 
 import argparse

@@ -1,7 +1,8 @@
 """Of which degree a traced function is in some of its arguments, where it is a polynomial of them.
 
 Told by the program, operation by operation, so that it holds everywhere: a table's bump between two speeds
-that somebody tried is seen. What is told is a bound: terms that cancel, or that are multiplied by zeros, count.
+that somebody tried is seen. What is told is a bound: terms that cancel, or that are multiplied by zeros,
+count.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,8 +30,8 @@ _PLACED = {
 
 
 def degree(function: Callable[..., Any], arguments: Sequence[Any], given: Sequence[float]) -> Any:
-    """The degrees of the arrays that `function(*arguments)` returns, as a tree like theirs, `inf` where it is no
-    polynomial. `given`: of the arguments, 0 where one is a constant; each of an argument's arrays has it."""
+    """The degrees of the arrays that `function(*arguments)` returns, as a tree like theirs; `inf` where one
+    is no polynomial. `given`: of the arguments and all their arrays, 0 where one is a constant."""
     dynamic, static = eqx.partition(tuple(arguments), eqx.is_array)
     closed, shape = jax.make_jaxpr(
         lambda dynamic: function(*eqx.combine(dynamic, static)), return_shape=True

@@ -1,5 +1,5 @@
-"""What turns with the shaft, told from the vector field itself: the field of the machine as it is, less that of
-the balanced one."""
+"""What turns with the shaft, told from the vector field itself: the field of the machine as it is, less that
+of the balanced one."""
 
 from typing import Any
 

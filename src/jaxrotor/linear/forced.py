@@ -1,5 +1,5 @@
-"""The vibration that what turns with the shaft makes, order by order, as numbers: matrices and forces are taken
-from the vector field at a few speeds where both are polynomials of the speed, else at each."""
+"""The vibration that what turns with the shaft makes, order by order, as numbers: matrices and forces are
+taken from the vector field at a few speeds where both are polynomials of the speed, else at each."""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from .coordinates import coordinate_order
 from .degree import degree
 from .excess import excess
 from .instant import Prepared, on_nodes, prepare_both
-from .observe import Output, observe, sensitivity
+from .observe import Output, observe, watched
 from .over_speed import MOST_DEGREE, Nodes, OverSpeed, nodes_of
 from .poles import beside_poles_numbers, poles_of
 from .resolvent import resolved, resolvent
@@ -56,7 +56,9 @@ class _Turning:
             C = np.eye(len(found.y))[self.rows]
             return _Excited(forces, np.zeros((len(forces), len(C))), C)
         (_, (balanced, nominal)) = self.pair
-        C = _watched(balanced, self.outputs, nominal, *where, self.prepared.angle)
+        y, turning = where
+        reference = (self.prepared.angle, turning, jnp.zeros(()))
+        C = watched(balanced, self.outputs, nominal, y, reference)
         return _Excited(forces, direct, np.asarray(C))
 
     def degree(self, forced: float) -> float:
@@ -121,9 +123,7 @@ def _order(A: np.ndarray, M: np.ndarray, excited: _Excited, k: int, w: float) ->
     whirl, near = resolved(A, n, w, force)
     if not near:
         return excited.C @ whirl + excited.direct[k]
-    found = beside_poles_numbers(
-        lambda s: excited.C @ resolvent(A, n, s, force), poles_of(A, M), w
-    )
+    found = beside_poles_numbers(lambda s: excited.C @ resolvent(A, n, s, force), poles_of(A, M), w)
     return found + excited.direct[k]
 
 
@@ -135,8 +135,3 @@ def _turned(pair, outputs, y, speed, held, angles):
     return jax.lax.map(
         lambda angle: excess(pair, outputs, y, (angle, speed, jnp.zeros(())), applied), angles
     )
-
-
-@quickly_compiled
-def _watched(balanced, outputs, nominal, y, speed, angle):
-    return sensitivity(balanced, outputs, nominal, y, (angle, speed, jnp.zeros(())))

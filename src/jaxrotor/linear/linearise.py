@@ -174,8 +174,7 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     """`linearize` of what has been checked: for loops over speeds."""
     if traced(machine, speed, at):
         return _derivable(machine, speed, at)
-    found = _model(machine, steady(prepare(machine), float(speed), at), float(speed))
-    return jax.tree.map(jnp.asarray, found)
+    return model_of(machine, steady(prepare(machine), float(speed), at), float(speed))
 
 
 def models_over_speed(
@@ -184,6 +183,11 @@ def models_over_speed(
     """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
     over = OverSpeed(prepare(machine), speeds, at)
     return lambda speed: _model(machine, over(float(speed)), float(speed))
+
+
+def model_of(machine: Machine, found: Steady, speed: float) -> LinearModel:
+    """What was found as numbers, with JAX's arrays."""
+    return jax.tree.map(jnp.asarray, _model(machine, found, speed))
 
 
 def _model(machine: Machine, found: Steady, speed: float) -> LinearModel:

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
+from ..core.quick import quickly_compiled
 from ..machine.field import Reference, evaluate
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -94,3 +95,11 @@ def sensitivity(
 ) -> Float[Array, "n d"]:
     """d(outputs)/dy."""
     return jax.jacfwd(lambda y: observe(machine, outputs, system, y, reference))(y)
+
+
+@quickly_compiled
+def watched(
+    machine: Machine, outputs: tuple[Output, ...], system: System, y, reference: Reference
+) -> Float[Array, "n d"]:
+    """`sensitivity`, once: where no derivative is asked."""
+    return sensitivity(machine, outputs, system, y, reference)

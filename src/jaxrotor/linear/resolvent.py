@@ -42,8 +42,8 @@ def resolvent(A: np.ndarray, n: int, s: complex, f: np.ndarray) -> np.ndarray:
 
 
 def resolved(A: np.ndarray, n: int, w: float, f: np.ndarray) -> tuple[np.ndarray, bool]:
-    """`resolvent` of f (d,) at i w, and whether an eigenvalue may be met there: told by how far another force,
-    of no particular direction, moves the state."""
+    """`resolvent` of f (d,) at i w, and whether an eigenvalue may be met there: told by how far another
+    force, of no particular direction, moves the state."""
     _, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
     other = np.random.default_rng(0).standard_normal(len(A))
     x = resolvent(A, n, 1j * w, np.stack([f, scale * other], axis=1))
