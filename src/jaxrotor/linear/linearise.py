@@ -24,7 +24,7 @@ from ..machine.system import System, assemble
 from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
 from .coordinates import coordinate_order, internal_order, row_of
-from .eigen import eigensystem
+from .eigen import eigensystem, eigensystem_numbers
 from .instant import on_nodes, prepare
 from .over_speed import OverSpeed
 from .steady import Steady, steady
@@ -67,10 +67,18 @@ class LinearModel(eqx.Module):
     def _system(self) -> tuple[Array, Array, Array, Array]:
         """Eigenvalues with the right and left eigenvectors: first those that oscillate (one of each pair), by
         rising size; and which do."""
-        values, right, left = eigensystem(self.A)
-        swings = jax.lax.stop_gradient(oscillating(self.A, self.M, values, right))
-        order = jnp.argsort(jnp.where(swings, jnp.abs(values), jnp.inf))
-        return values[order], right[:, order], left[order], swings[order]
+        if traced(self):
+            values, right, left = eigensystem(self.A)
+            swings = jax.lax.stop_gradient(oscillating(self.A, self.M, values, right))
+            order = jnp.argsort(jnp.where(swings, jnp.abs(values), jnp.inf))
+            return values[order], right[:, order], left[order], swings[order]
+        A, M = np.asarray(self.A), np.asarray(self.M)
+        values, right, left = eigensystem_numbers(A)
+        swings = oscillating(A, M, values, right)
+        order = np.argsort(np.where(swings, np.abs(values), np.inf), kind="stable")
+        found = values[order], right[:, order], left[order], swings[order]
+        values, right, left, swings = map(jnp.asarray, found)
+        return values, right, left, swings
 
     @property
     def eigenvalues(self) -> Complex[Array, " d"]:
@@ -183,6 +191,12 @@ def models_over_speed(
     """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
     over = OverSpeed(prepare(machine), speeds, at)
     return lambda speed: _model(machine, over(float(speed)), float(speed))
+
+
+def models_at(machine: Machine, at: Any) -> Callable[[float], LinearModel]:
+    """The same, each speed by itself."""
+    prepared = prepare(machine)
+    return lambda speed: _model(machine, steady(prepared, float(speed), at), float(speed))
 
 
 def model_of(machine: Machine, found: Steady, speed: float) -> LinearModel:

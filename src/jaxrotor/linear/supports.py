@@ -16,7 +16,7 @@ from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
+from .frozen import Matrices, matrices_at_rest, shares_and_whirl, solved
 
 
 @shows(without=("actual",), stiffness="N/m", speeds="rad/s")
@@ -68,7 +68,8 @@ def critical_speed_map(
     rest, held = _lateral(without, machine, names)
     found = np.full((stiffness.size, count), np.nan)
     for i, k in enumerate(tqdm(stiffness, "critical speeds", disable=not progress, leave=False)):
-        there = _supported(rest, jnp.asarray(held), jnp.asarray(k))
+        supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * np.diag(held))
+        there = solved(supported, 1.0)
         speeds = np.asarray(there.speeds)
         forward = np.isfinite(speeds) & (np.asarray(shares_and_whirl(there)[1]) > 0)
         if int(there.lost) and np.sum(forward[: int(there.complete)]) < count:
@@ -96,12 +97,6 @@ def _lateral(
             place, c = rest.coordinates[row]
             held[i] += place == machine.wiring.stations[station] and c in ("x", "y")
     return rest.part(rows), held
-
-
-@eqx.filter_jit
-def _supported(rest: Matrices, held, k) -> Frozen:
-    supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * jnp.diag(held))
-    return solved(supported, jnp.ones(()))
 
 
 def _without(machine: Machine, name: str) -> Machine:
