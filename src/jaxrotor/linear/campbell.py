@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from tqdm import tqdm
 
 from ..core.arguments import number, numbers, whole
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
@@ -69,10 +69,15 @@ class Campbell(eqx.Module):
 @one_thread
 @takes(speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def campbell(
-    machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
+    machine: Machine,
+    speeds: Any,
+    count: int = 12,
+    at: Any = "equilibrium",
+    progress: bool | None = None,
 ) -> Campbell:
     """The `count` lowest modes of `machine` at `speeds` (rad/s, rising; negative ones turn the other way),
-    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows a bar.
+    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows
+    a bar; by default a terminal gets one where the work lasts.
 
     Where a mode does not oscillate (overdamped), its entries are NaN. Raises `InputError` for speeds
     that do not rise or are fewer than two."""
@@ -94,7 +99,7 @@ def campbell(
     values = np.full((speeds.size, len(named)), np.nan, complex)
     whirl = np.zeros((speeds.size, len(named)))
     values[first], whirl[first] = followed.values, [m.whirl for m in named]
-    for i in tqdm(others, "Campbell", disable=not progress, leave=False):
+    for i in with_bar(others, "Campbell", progress):
         model = models(speeds[i])
         found, shapes = lowest(model, count + _MORE)
         shapes = told_apart(model, found, shapes)

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..core.bar import with_bar
 from ..core.quick import quickly_compiled
 from ..core.threads import one_thread
 from ..machine.machine import Machine
@@ -105,7 +106,7 @@ def amplitudes(
         where = nodes_of(speeds, most)
         nodes = Nodes(where, [turning.at(over(float(w)), float(w)) for w in where])
     found = []
-    for speed in map(float, speeds):
+    for speed in map(float, with_bar(speeds, "response")):
         if nodes is not None:
             A, excited = over(speed, lambda x: x.at.A), nodes.at(speed)
         else:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import names, number, numbers
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
@@ -121,7 +122,8 @@ def _responses_numbers(
     def response(s):
         return C @ resolvent(A, len(M), s, B) * s**power
 
-    found = [beside_poles_numbers(response, poles, float(w)) for w in np.asarray(frequencies)]
+    along = map(float, with_bar(np.asarray(frequencies), "response"))
+    found = [beside_poles_numbers(response, poles, w) for w in along]
     return jnp.asarray(np.stack(found))
 
 

@@ -6,9 +6,9 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from tqdm import tqdm
 
 from ..core.arguments import names, numbers, whole
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
@@ -43,7 +43,7 @@ def critical_speed_map(
     stiffness: Any,
     supports: Sequence[str] | None = None,
     count: int = 4,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> CriticalSpeedMap:
     """The `count` lowest undamped forward critical speeds for each `stiffness` (N/m) of the `supports`
     (default: all linear and speed-dependent ones), their damping and cross-coupling left out.
@@ -67,7 +67,7 @@ def critical_speed_map(
         without = _without(without, name)
     rest, held = _lateral(without, machine, names)
     found = np.full((stiffness.size, count), np.nan)
-    for i, k in enumerate(tqdm(stiffness, "critical speeds", disable=not progress, leave=False)):
+    for i, k in enumerate(with_bar(stiffness, "critical speeds", progress)):
         supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * np.diag(held))
         there = solved(supported, 1.0)
         speeds = np.asarray(there.speeds)
