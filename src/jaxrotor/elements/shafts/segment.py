@@ -90,6 +90,7 @@ class Segment(eqx.Module):
         sheared = p * jnp.stack([-one / L, -0.5 * one, one / L, -0.5 * one])
         return deflection / (1 + p), slope / (1 + p), curvature / (1 + p), sheared / (1 + p)
 
+    @eqx.filter_jit  # traced once for all segments of a machine, and for all machines
     def matrices(self) -> tuple[Array, Array, Array]:
         """Stiffness, consistent mass, and gyroscopic matrix per speed less what acts at the nodes
         themselves (12x12 each)."""
