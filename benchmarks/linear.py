@@ -172,8 +172,9 @@ def fresh(program, task):
         text=True,
     )
     if done.returncode:
-        return None, done.stderr
-    return json.loads(done.stdout.strip().splitlines()[-1]), ""
+        raise RuntimeError(done.stderr)
+    *seconds, numbers = json.loads(done.stdout.strip().splitlines()[-1])
+    return seconds, numbers
 
 
 TASKS = ("modes", "campbell", "critical", "response", "order", "torsion", "compressor modes")
@@ -191,20 +192,18 @@ def main() -> None:
     from machine import header
 
     print(header(*(() if given.mine else ("ross-rotordynamics",))))
-    print(
-        "| | first answer, processor s | later call, s | wall, s | ROSS's later call, s | numbers |"
-    )
-    print("|---|---|---|---|---|---|")
+    titles = ("", "first", "later", "later, wall", "ROSS: first", "later", "later, wall")
+    print(f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|")
     for task in given.tasks:
-        (first, later, wall, numbers), said = fresh("jaxrotor", task)
-        other = None
+        mine_s, found = fresh("jaxrotor", task)
+        row = [f"{x:.2f}" for x in mine_s] + [""] * 3
         if not given.mine and task not in ("order", "torsion"):
-            other, said = fresh("ross", task)
-        beside = f"{other[1]:.3f} ({other[2]:.3f}) {other[3]}" if other else said[-300:]
-        print(
-            f"| {task} | {first:.1f} | {later:.3f} | {wall:.3f} | {beside} | {numbers} |",
-            flush=True,
-        )
+            ross_s, other = fresh("ross", task)
+            row[3:] = [f"{x:.2f}" for x in ross_s]
+        print(f"| {task} | {' | '.join(row)} |", flush=True)
+        if task in ("modes", "campbell") and not given.mine:
+            gap = np.abs(np.array(found) / other - 1).max()
+            print(f"the frequencies of {task} agree to {gap:.0e}", file=sys.stderr)
 
 
 if __name__ == "__main__":

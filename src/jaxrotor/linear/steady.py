@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg
 
+from ..core.threads import one_thread
 from ..integrators.newton import FREE_MOTION
 from ..machine.field import n_free
 from ..simulation.state import State
@@ -26,6 +27,7 @@ class Steady(NamedTuple):
     held: np.ndarray
 
 
+@one_thread
 def steady(
     prepared: Prepared, speed: float, at: Any, known: tuple[np.ndarray, Instant] | None = None
 ) -> Steady:
@@ -35,18 +37,20 @@ def steady(
         y = flat_state(prepared, at, speed)
         found = instant(prepared, y, speed)
         return Steady(found, y, _mass(found, n), np.zeros(n))
-    moved = at == "equilibrium"
     if known is not None:
-        y, found = known
+        start, found = known
     else:
-        y = np.asarray(prepared.start)
-        found = instant(prepared, y, speed)
-        if moved and len(y):
-            y, found = _balanced(prepared, y, speed, found)
-    held = -_mass(found, n) @ found.rates[n : 2 * n]
-    if (moved and known is None) or np.any(held):
+        start = np.asarray(prepared.start)
+        found = instant(prepared, start, speed)
+    y = start
+    if at == "equilibrium" and known is None and len(y):
+        y, found = _balanced(prepared, start, speed, found)
+    M = _mass(found, n)
+    held = -M @ found.rates[n : 2 * n]
+    if np.any(held) or np.any(y != start):
         found = instant(prepared, y, speed, held)
-    return Steady(found, y, _mass(found, n), held)
+        M = _mass(found, n)
+    return Steady(found, y, M, held)
 
 
 def _mass(found: Instant, n: int) -> np.ndarray:
@@ -110,6 +114,8 @@ def _step(prepared: Prepared, y: np.ndarray, found: Instant) -> np.ndarray:
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """As `solve_linear`: the least-norm solution, with rows and columns of a like size."""
+    if not np.any(right):
+        return np.zeros_like(right)
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(right))):
         return np.full_like(right, np.nan)
     rows = np.abs(matrix).max(1, initial=0.0)
