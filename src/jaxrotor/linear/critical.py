@@ -176,7 +176,9 @@ def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Foun
         return solved(frozen_at(models(speed)), order)
 
     values, shapes = [], []
-    for k, speed in crossings(lambda w: frozen(w).speeds, low, high) if low < high else ():
+    for k, speed in (
+        crossings(lambda w: np.asarray(frozen(w).speeds), low, high) if low < high else ()
+    ):
         there = frozen(speed)
         if whirl is not None:
             shares, sense = shares_and_whirl(there)
@@ -186,7 +188,7 @@ def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Foun
         if traced(machine, at):
             values.append(_met(machine, jnp.asarray(speed), jnp.asarray(k), order, at))
         else:
-            values.append(_refined(lambda w, k=k: frozen(w).speeds[k] - w, speed))
+            values.append(_refined(lambda w, k=k: float(frozen(w).speeds[k]) - w, speed))
         shapes.append(there.shapes[:, k])
         if len(values) == count:
             break

@@ -97,7 +97,7 @@ def at_speed(machine: Machine, speed: Array, order: Array, at: Any) -> Frozen:
 
 def frozen_at(model: LinearModel) -> Matrices:
     """With stiffness and skew damping as they are in the model, whose speed is positive."""
-    xp = np if isinstance(model.M, np.ndarray) else jnp
+    xp: Any = np if isinstance(model.M, np.ndarray) else jnp
     return Matrices(
         model.M,
         model.G / model.speed,

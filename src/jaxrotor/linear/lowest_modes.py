@@ -38,7 +38,7 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
         values, vectors = _all(A) if wanted == size else _near(A, shift, wanted)
         # a motor's fluxes may swing where nothing moves: no mode of the machine
         moves = np.max(np.abs(vectors[:n]), axis=0, initial=0.0) > _MOVES
-        up = np.flatnonzero(moves & (values.imag > 0))
+        up = np.flatnonzero(moves & (np.imag(values) > 0))
         up = up[oscillating(A, M, values[up], vectors[:, up])]
         if wanted == size:
             break

@@ -28,11 +28,10 @@ class Poles(NamedTuple):
 
 def poles_of(A: Any, M: Any) -> Poles:
     """Without derivatives; of NumPy's or JAX's arrays."""
-    if isinstance(A, np.ndarray):
-        values, vectors = np.linalg.eig(A)
-    else:
+    xp: Any = np if isinstance(A, np.ndarray) else jnp
+    if xp is jnp:
         A, M = jax.lax.stop_gradient((A, M))
-        values, vectors = jnp.linalg.eig(A)
+    values, vectors = xp.linalg.eig(A)
     free = ~driven_back(A, M, vectors) & (abs(vectors[: len(M)]).max(axis=0) > 0)
     return Poles(values, free)
 

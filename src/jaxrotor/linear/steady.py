@@ -124,9 +124,10 @@ def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     columns = np.abs(scaled).max(0, initial=0.0)
     columns[columns == 0] = 1.0
     scaled, right = scaled / columns, right / rows
-    factors, pivots, fault = scipy.linalg.lapack.dgetrf(scaled)
+    lapack: Any = scipy.linalg.lapack
+    factors, pivots, fault = lapack.dgetrf(scaled)
     norm = np.abs(scaled).sum(0).max(initial=0.0)
     # far from singular there is one solution, and no need to look for the least
-    if fault == 0 and scipy.linalg.lapack.dgecon(factors, norm)[0] > FREE_MOTION * len(right):
-        return scipy.linalg.lapack.dgetrs(factors, pivots, right)[0] / columns
+    if fault == 0 and lapack.dgecon(factors, norm)[0] > FREE_MOTION * len(right):
+        return lapack.dgetrs(factors, pivots, right)[0] / columns
     return np.linalg.pinv(scaled, rcond=FREE_MOTION) @ right / columns
