@@ -185,9 +185,9 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
-def node_motions(t, y, system: System) -> tuple[Array, Array]:
+def node_motions(t, y, system: System, reference: Reference | None = None) -> tuple[Array, Array]:
     """Coordinates and rates (6, n_nodes + n_ground) of every node."""
-    reference = system.reference(t)
+    reference = system.reference(t) if reference is None else reference
     u, s, _ = unpack(t, y, system, reference)
     q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
     shift, shift_t, _ = ports(q, v, system)
