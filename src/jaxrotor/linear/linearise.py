@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..core.arguments import number
+from ..core.arguments import number, short
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
@@ -174,8 +174,9 @@ def linearize(
 def check_linearized(at: Any) -> None:
     """Raises `InputError` where nothing can be linearised about `at`."""
     require_x64()
-    if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
-        raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {at!r}')
+    if isinstance(at, State) or (isinstance(at, str) and at in ("equilibrium", "undeformed")):
+        return
+    raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {short(at)}')
 
 
 def linearize_checked(machine: Machine, speed, at) -> LinearModel:
