@@ -84,10 +84,14 @@ def unbalance_response(
     """
     check_kind(kind)
     found = _at_orders(machine, outputs, speeds, (1.0,), at, shaft)
-    values = found.values[:, 0]
-    rate = (1j * found.speeds[:, None]) ** POWER[kind]
-    values = jnp.where(jnp.isinf(values), values, values * rate)
-    return FrequencyResponse(found.speeds, values, found.outputs, (), kind, found.units)
+    # JAX would compile these for each number of speeds
+    xp: Any = jnp if traced(found.values, found.speeds) else np
+    values, rates = xp.asarray(found.values)[:, 0], 1j * xp.asarray(found.speeds)[:, None]
+    with np.errstate(invalid="ignore"):  # what has no bound stays as it is
+        values = xp.where(xp.isinf(values), values, values * rates ** POWER[kind])
+    return FrequencyResponse(
+        found.speeds, jnp.asarray(values), found.outputs, (), kind, found.units
+    )
 
 
 @takes(outputs=names, speeds=numbers("rad/s"), orders=numbers())
