@@ -127,7 +127,7 @@ def run_response(
 def _watched(study: Study) -> tuple[str, ...]:
     """x and y of the rotors, the first three at most, that are free to move so."""
     from ..elements.rotors.rotor import Rotor
-    from ..linear.linearise import coordinate_order
+    from ..linear.coordinates import coordinate_order
 
     labels = coordinate_order(study.machine)[3]
     rotors = [n for n, e in study.machine.elements().items() if isinstance(e, Rotor)][:3]

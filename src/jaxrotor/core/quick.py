@@ -31,8 +31,10 @@ def _known() -> dict[str, Any]:
     return found
 
 
-def _within(*given: Any) -> bool:
-    """Whether another program is being traced: XLA's options are for whole programs."""
+def traced(*given: Any) -> bool:
+    """Whether these are values that a program is being traced with, or that is derived by, or one is being
+    traced all around: then there are no numbers, and XLA's options, which are for whole programs, do not
+    go."""
     return any(isinstance(x, Tracer) for x in (*jax.tree.leaves(given), jnp.zeros(())))
 
 
@@ -48,6 +50,6 @@ def quickly_compiled(function: F) -> F:
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        return (plain if _within(args, kwargs) else quick())(*args, **kwargs)
+        return (plain if traced(args, kwargs) else quick())(*args, **kwargs)
 
     return call  # pyright: ignore[reportReturnType]

@@ -3,18 +3,18 @@
 from typing import Any, NamedTuple
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from tqdm import tqdm
 
 from ..core.arguments import number, numbers, whole
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import HERTZ, shows
+from ..core.threads import one_thread
 from ..machine.machine import Machine
-from .linearise import linearize, linearize_checked
+from .linearise import check_linearized, models_over_speed
 from .lowest_modes import lowest
 from .modes import describe, modes, told_apart
 
@@ -66,12 +66,18 @@ class Campbell(eqx.Module):
         return found
 
 
+@one_thread
 @takes(speeds=numbers("rad/s", fewest=2, rising=True), count=whole(1))
 def campbell(
-    machine: Machine, speeds: Any, count: int = 12, at: Any = "equilibrium", progress: bool = False
+    machine: Machine,
+    speeds: Any,
+    count: int = 12,
+    at: Any = "equilibrium",
+    progress: bool | None = None,
 ) -> Campbell:
     """The `count` lowest modes of `machine` at `speeds` (rad/s, rising; negative ones turn the other way),
-    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows a bar.
+    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows
+    a bar; by default a terminal gets one where the work lasts.
 
     Where a mode does not oscillate (overdamped), its entries are NaN. Raises `InputError` for speeds
     that do not rise or are fewer than two."""
@@ -83,15 +89,18 @@ def campbell(
     if abs(speeds[0]) > abs(speeds[-1]):
         way = range(speeds.size)
     first, *others = way
-    model = linearize(machine, speeds[first], at)
+    check_linearized(at)
+    machine.check()
+    models = models_over_speed(machine, speeds, at)
+    model = models(speeds[first])
     named = modes(model, count)
     shapes = np.stack([m.shape for m in named], axis=1) if named else np.zeros((len(model.M), 0))
     followed = _Followed(np.array([m.eigenvalue for m in named]), shapes)
     values = np.full((speeds.size, len(named)), np.nan, complex)
     whirl = np.zeros((speeds.size, len(named)))
     values[first], whirl[first] = followed.values, [m.whirl for m in named]
-    for i in tqdm(others, "Campbell", disable=not progress, leave=False):
-        model = linearize_checked(machine, jnp.asarray(speeds[i]), at)
+    for i in with_bar(others, "Campbell", progress):
+        model = models(speeds[i])
         found, shapes = lowest(model, count + _MORE)
         shapes = told_apart(model, found, shapes)
         followed, seen = _follow(followed, found, shapes, np.asarray(model.M))

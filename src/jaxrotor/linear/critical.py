@@ -1,5 +1,6 @@
 """Critical speeds, directly: where a mode's frequency is so many times the speed."""
 
+from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
@@ -13,11 +14,27 @@ from ..core.arguments import numbers, positive, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.quick import traced
+from ..core.threads import one_thread
 from ..machine.machine import Machine
 from .crossing import crossings
 from .eigen import eigensystem
-from .frozen import PROBES, Frozen, at_rest, at_speed, shares_and_whirl
-from .linearise import LinearModel, linearize, linearize_checked
+from .frozen import (
+    PROBES,
+    Frozen,
+    at_rest,
+    at_speed,
+    frozen_at,
+    shares_and_whirl,
+    solved,
+)
+from .linearise import (
+    LinearModel,
+    check_linearized,
+    linearize,
+    models_at,
+    models_over_speed,
+)
 from .lowest_modes import lowest
 from .modes import STRAIGHT, Mode, describe, named, told_apart
 
@@ -25,6 +42,9 @@ Whirl = Literal["forward", "backward"]
 _RANGE = numbers("rad/s", least=0.0, size=2, rising=True)
 # Of the lowest and the highest root: the range in which all others are looked for.
 _BELOW, _ABOVE = 1e-3, 1.05
+_LOOKED_AT = 33
+_SECANT = 1e-5  # of the speed
+Models = Callable[[float], LinearModel]
 
 
 class _Found(NamedTuple):
@@ -81,12 +101,14 @@ def critical_modes(
     arguments, and where rounding hides critical speeds (stiffnesses and masses far apart).
     """
     found = _critical(machine, order, False, at, count, speeds, whirl)
-    turning = linearize_checked(machine, jnp.asarray(PROBES[-1]), at)
+    turning = models_at(machine, at)(PROBES[-1])
     return named(turning, 1j * order * np.asarray(found.speeds), np.asarray(found.shapes))
 
 
+@one_thread
 def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
     low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
+    check_linearized(at)
     machine.check()
     order = jnp.asarray(float(order))
     rest = at_rest(machine, order, at)
@@ -106,13 +128,14 @@ def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
 
 def _constant(machine: Machine, rest: Frozen, low, high, whirl, count) -> _Found:
     """From the roots of one pencil."""
-    wanted = jnp.isfinite(rest.speeds) & (rest.speeds >= low) & (rest.speeds <= high)
+    xp = np if isinstance(rest.M, np.ndarray) else jnp
+    wanted = xp.isfinite(rest.speeds) & (rest.speeds >= low) & (rest.speeds <= high)
     if whirl is not None:
         shares, sense = shares_and_whirl(rest)
-        lateral = shares["lateral"] > jnp.maximum(shares["axial"], shares["torsional"])
+        lateral = shares["lateral"] > xp.maximum(shares["axial"], shares["torsional"])
         wanted &= lateral & ((sense if whirl == "forward" else -sense) > STRAIGHT)
-    place = jnp.argsort(jnp.where(wanted, rest.speeds, jnp.inf))
-    values = jnp.where(wanted[place], rest.speeds[place], jnp.inf)
+    place = xp.argsort(xp.where(wanted, rest.speeds, xp.inf))
+    values = xp.where(wanted[place], rest.speeds[place], xp.inf)
     hidden = (rest.lost > 0) & (place >= rest.complete)
     chosen = known(wanted)
     if chosen is None:
@@ -130,16 +153,14 @@ def _constant(machine: Machine, rest: Frozen, low, high, whirl, count) -> _Found
                 f"are stiffnesses and masses: ask for speeds=({low:g}, {sure:.6g}), or give rigid "
                 f"supports as `fixed`"
             )
-    return _Found(values[:size], rest.shapes[:, place[:size]])
+    return _Found(*map(jnp.asarray, (values[:size], rest.shapes[:, place[:size]])))
 
 
-def _bounds(machine: Machine, rest: Frozen, order, at, low, high) -> tuple[float, float]:
+def _bounds(models: Models, rest: Frozen, order, low, high) -> tuple[float, float]:
     """The range, where it is open narrowed to that of the roots with the matrices at any speed."""
     roots = np.asarray(known(rest.speeds))
-    still = jax.tree.map(jax.lax.stop_gradient, machine)
     for probe in PROBES if rest.varies else ():
-        there = at_speed(still, jnp.asarray(probe), order, at)
-        roots = np.append(roots, np.asarray(there.speeds))
+        roots = np.append(roots, solved(frozen_at(models(probe)), order).speeds)
     roots = roots[np.isfinite(roots) & (roots > 0)]
     if not roots.size:
         return 1.0, 0.0
@@ -148,26 +169,37 @@ def _bounds(machine: Machine, rest: Frozen, order, at, low, high) -> tuple[float
 
 def _speed_dependent(machine, rest, order, at, low, high, whirl, count) -> _Found:
     """Fixed points: the roots of the pencil with the matrices at the speed itself."""
-    low, high = _bounds(machine, rest, order, at, low, high)
-    still = jax.tree.map(jax.lax.stop_gradient, machine)
+    models = models_at(jax.tree.map(jax.lax.stop_gradient, machine), at)
+    low, high = _bounds(models, rest, order, low, high)
 
-    def curves(speed: float) -> np.ndarray:
-        return np.asarray(at_speed(still, jnp.asarray(speed), order, at).speeds)
+    def frozen(speed: float) -> Frozen:
+        return solved(frozen_at(models(speed)), order)
 
     values, shapes = [], []
-    for k, speed in crossings(curves, low, high) if low < high else ():
-        there = at_speed(still, jnp.asarray(speed), order, at)
+    for k, speed in (
+        crossings(lambda w: np.asarray(frozen(w).speeds), low, high) if low < high else ()
+    ):
+        there = frozen(speed)
         if whirl is not None:
             shares, sense = shares_and_whirl(there)
             each = {name: float(share[k]) for name, share in shares.items()}
             if not _wanted(max(each, key=lambda s: each[s]), float(sense[k]), whirl):
                 continue
-        values.append(_met(machine, jnp.asarray(speed), jnp.asarray(k), order, at))
+        if traced(machine, at):
+            values.append(_met(machine, jnp.asarray(speed), jnp.asarray(k), order, at))
+        else:
+            values.append(_refined(lambda w, k=k: float(frozen(w).speeds[k]) - w, speed))
         shapes.append(there.shapes[:, k])
         if len(values) == count:
             break
     n = rest.shapes.shape[0]
     return _Found(jnp.array(values), jnp.stack(shapes, 1) if shapes else jnp.zeros((n, 0), complex))
+
+
+def _refined(gap: Callable[[float], float], near: float) -> float:
+    """Newton's step from as near as a search can tell, with the secant's slope."""
+    step = _SECANT * near
+    return near - gap(near) * 2 * step / (gap(near + step) - gap(near - step))
 
 
 @eqx.filter_jit
@@ -182,32 +214,44 @@ def _met(machine: Machine, near: Array, k: Array, order, at) -> Array:
 
 
 def _damped(machine, rest, order, at, low, high, whirl, count) -> _Found:
-    low, high = _bounds(machine, rest, order, at, low, high)
     still = jax.tree.map(jax.lax.stop_gradient, machine)
+    low, high = _bounds(models_at(still, at), rest, order, low, high)
     size = rest.shapes.shape[0]
     times = float(order)
+    if low < high:
+        models = models_over_speed(still, np.linspace(low, high, _LOOKED_AT), at)
+
+    def frequencies(speed: float) -> np.ndarray:
+        return np.imag(scipy.linalg.eigvals(np.asarray(models(speed).A)))
 
     def curves(speed: float) -> np.ndarray:
-        A = np.asarray(linearize_checked(still, jnp.asarray(speed), at).A)
         # overdamped motions count as zero; conjugates do not count
-        values: Any = scipy.linalg.eigvals(A)
-        return np.sort(np.maximum(np.imag(values), 0.0))[-size:] / times
+        return np.sort(np.maximum(frequencies(speed), 0.0))[-size:] / times
 
-    values: list[Array] = []
+    values: list[Any] = []
     before = 0.0
     turn = 0
     for _, speed in crossings(curves, low, high) if low < high else ():
         turn = turn + 1 if speed <= before * (1 + 1e-7) else 0
         before = speed
         if whirl is not None:
-            model = linearize_checked(still, jnp.asarray(speed), at)
-            kind, sense = _seen(model, times * speed, turn)
+            kind, sense = _seen(models(speed), times * speed, turn)
             if not _wanted(kind, sense, whirl):
                 continue
-        values.append(_crossed(machine, jnp.asarray(speed), order, at))
+        if traced(machine, at):
+            values.append(_crossed(machine, jnp.asarray(speed), order, at))
+        else:
+            values.append(_refined(lambda w: _nearest(models(w), times * w), speed))
         if len(values) == count:
             break
     return _Found(jnp.array(values), jnp.zeros((size, len(values)), complex))
+
+
+def _nearest(model: LinearModel, frequency: float) -> float:
+    """By how much the frequency of the mode nearest to it is higher."""
+    values: Any = scipy.linalg.eigvals(np.asarray(model.A))
+    away = np.abs(values.imag - frequency) + 1e-6 * np.abs(values.real)
+    return float(values[np.argmin(away)].imag) - frequency
 
 
 def _seen(model: LinearModel, frequency: float, turn: int) -> tuple[str, float]:

@@ -1,8 +1,13 @@
 """Eigenvalues and eigenvectors of a real matrix, with derivatives where values coincide."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Complex, Float
+
+from ..core.threads import one_thread
 
 # Eigenvalues closer than this part of the larger one count as one (a symmetric machine's two planes).
 _TOGETHER = 1e-7
@@ -24,10 +29,21 @@ def eigensystem(
     one given change is `split_derivatives`. Source: Lancaster, Numer. Math. 6 (1964) 377; Friswell, J.
     Vib. Acoust. 118 (1996) 390.
     """
-    values, right = jnp.linalg.eig(A)
+    return _eigensystem(A, jnp)
+
+
+@one_thread
+def eigensystem_numbers(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`eigensystem`, where no derivative is asked."""
+    values, right, left = (x.astype(complex) for x in _eigensystem(A, np))
+    return values, right, left
+
+
+def _eigensystem(A: Any, xp: Any) -> tuple[Any, Any, Any]:
+    values, right = xp.linalg.eig(A)
     # not the inverse of `right`: a free spin is a defective double zero, which would spoil all of it
-    left = jnp.linalg.eig(A.T)[1].T
-    return values, right, jnp.linalg.pinv(left @ right, rtol=_DEFECTIVE) @ left
+    left = xp.linalg.eig(A.T)[1].T
+    return values, right, xp.linalg.pinv(left @ right, _DEFECTIVE) @ left
 
 
 @eigensystem.defjvp

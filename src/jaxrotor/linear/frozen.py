@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
+from ..core.quick import quickly_compiled, traced
 from ..machine.machine import Machine
-from .linearise import LinearModel, linearize
+from .linearise import LinearModel, linearize, linearize_checked, models_at
 from .modes import shares_of, whirl_form, whirl_of
 from .pencil import whirling
 
@@ -54,46 +55,67 @@ class Matrices(eqx.Module):
         )
 
 
-@eqx.filter_jit
 def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
-    """With the stiffness at rest, and the gyroscopic moments in proportion to the speed."""
+    """With the stiffness at rest, and the gyroscopic moments in proportion to the speed; with NumPy's arrays,
+    where no derivative is asked."""
+    speeds = np.append(0.0, PROBES)
+    if traced(machine, at):
+        return _derivable(machine, at)
+    models = models_at(machine, at)
+    return _at_rest(jax.tree.map(lambda *x: np.stack(x), *map(models, speeds)), np)
+
+
+@eqx.filter_jit
+def _derivable(machine: Machine, at: Any) -> Matrices:
     # one program for all speeds, one after the other: batched LAPACK calls side by side can deadlock
     # (docs/solving.md)
-    models = jax.lax.map(lambda w: linearize(machine, w, at), jnp.asarray(np.append(0.0, PROBES)))
-    per_speed, varies = _gyroscopic(models)
+    speeds = jnp.asarray(np.append(0.0, PROBES))
+    return _at_rest(jax.lax.map(lambda w: linearize(machine, w, at), speeds), jnp)
+
+
+def _at_rest(models: LinearModel, xp: Any) -> Matrices:
+    per_speed, varies = _gyroscopic(models, xp)
     return Matrices(
         models.M[0],
         per_speed,
         _symmetric(models.K[0]),
-        _sense(models.spins[-1]),
+        _sense(models.spins[-1], xp),
         varies,
         models.coordinates,
     )
 
 
-@eqx.filter_jit
 def at_rest(machine: Machine, order: Array, at: Any) -> Frozen:
     """The undamped machine with its matrices at rest."""
     return solved(matrices_at_rest(machine, at), order)
 
 
-@eqx.filter_jit
 def at_speed(machine: Machine, speed: Array, order: Array, at: Any) -> Frozen:
     """With stiffness and skew damping as they are at `speed` (rad/s, positive)."""
-    model = linearize(machine, speed, at)
-    matrices = Matrices(
+    return solved(frozen_at(linearize_checked(machine, speed, at)), order)
+
+
+def frozen_at(model: LinearModel) -> Matrices:
+    """With stiffness and skew damping as they are in the model, whose speed is positive."""
+    xp: Any = np if isinstance(model.M, np.ndarray) else jnp
+    return Matrices(
         model.M,
-        model.G / speed,
+        model.G / model.speed,
         _symmetric(model.K),
-        _sense(model.spins),
-        jnp.array(True),
+        _sense(model.spins, xp),
+        xp.array(True),
         model.coordinates,
     )
-    return solved(matrices, order)
 
 
-def solved(rest: Matrices, order: Array) -> Frozen:
-    """Whirl at `order` times the speed."""
+def solved(rest: Matrices, order: Any) -> Frozen:
+    """Whirl at `order` times the speed; with NumPy's arrays, where no derivative is asked."""
+    found = _solved(*jax.tree.map(jnp.asarray, (rest, order)))
+    return found if traced(rest, order) else jax.tree.map(np.asarray, found)
+
+
+@quickly_compiled
+def _solved(rest: Matrices, order: Array) -> Frozen:
     squares, found = whirling(rest.M, rest.G / order, rest.K, _marks(rest.coordinates, rest.sense))
     there = jnp.isfinite(squares)
     speeds = jnp.where(there, jnp.sqrt(jnp.where(there, squares, 1.0)) / order, jnp.inf)
@@ -113,31 +135,31 @@ def _symmetric(K: Array) -> Array:
     return 0.5 * (K + jnp.swapaxes(K, -1, -2))
 
 
-def _sense(spins: Array) -> Array:
-    return jnp.where(spins < 0, -1.0, 1.0)
+def _sense(spins: Any, xp: Any) -> Any:
+    return xp.where(spins < 0, -1.0, 1.0)
 
 
-def _gyroscopic(models: LinearModel) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:
+def _gyroscopic(models: LinearModel, xp: Any) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:
     """Of models at rest and at the PROBES: G per speed, and whether M, K or G depends on the speed
     otherwise."""
-    w = jnp.asarray(PROBES)[:, None, None]
+    w = PROBES[:, None, None]
     per_speed = (models.G[1 + _PER_SPEED] - models.G[0]) / PROBES[_PER_SPEED]
     K = _symmetric(models.K)
 
     def size(x):
-        rows = jnp.sqrt(jnp.max(jnp.abs(x), axis=(0, 2)))
+        rows = xp.sqrt(xp.max(xp.abs(x), axis=(0, 2)))
         return rows[:, None] * rows
 
-    m = jnp.sqrt(jnp.diagonal(models.M[0]))
+    m = xp.sqrt(xp.diagonal(models.M[0]))
     tolerance = _SAME * (size(models.C) + w * size(per_speed[None])) + 1e-9 * w * m[:, None] * m
-    changed = jnp.stack(
+    changed = xp.stack(
         [
-            jnp.any(~(jnp.abs(K[1:] - K[0]) <= _SAME * size(K))),
-            jnp.any(~(jnp.abs(models.M[1:] - models.M[0]) <= _SAME * size(models.M))),
-            jnp.any(~(jnp.abs(models.G[1:] - w * per_speed) <= tolerance)),
+            xp.any(~(xp.abs(K[1:] - K[0]) <= _SAME * size(K))),
+            xp.any(~(xp.abs(models.M[1:] - models.M[0]) <= _SAME * size(models.M))),
+            xp.any(~(xp.abs(models.G[1:] - w * per_speed) <= tolerance)),
         ]
     )
-    return per_speed, jnp.any(changed)
+    return per_speed, xp.any(changed)
 
 
 def _marks(labels: tuple[tuple[str, str], ...], sense: Array) -> tuple[Array, Array]:
@@ -147,9 +169,11 @@ def _marks(labels: tuple[tuple[str, str], ...], sense: Array) -> tuple[Array, Ar
     return jnp.asarray(kinds), jnp.asarray(form) * sense[:, None]
 
 
-def shares_and_whirl(frozen: Frozen) -> tuple[dict[str, Array], Array]:
-    """Of each shape, where there is one: shares of kinetic energy, and the whirl, -1 to 1."""
-    shapes = jnp.where(jnp.isfinite(frozen.speeds), frozen.shapes, 1.0)
-    weight = jnp.abs(jnp.diagonal(frozen.M))
+def shares_and_whirl(frozen: Frozen) -> tuple[dict[str, Any], Any]:
+    """Of each shape, where there is one: shares of kinetic energy, and the whirl, -1 to 1; of NumPy's or
+    JAX's arrays."""
+    xp = np if isinstance(frozen.M, np.ndarray) else jnp
+    shapes = xp.where(xp.isfinite(frozen.speeds), frozen.shapes, 1.0)
+    weight = abs(xp.diagonal(frozen.M))
     whirl = whirl_of(frozen.coordinates, weight, shapes, frozen.sense)  # pyright: ignore
     return shares_of(frozen.coordinates, frozen.M, shapes), whirl

@@ -1,5 +1,6 @@
 """The machine made linear about a steady state, from its own vector field."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Literal
 
@@ -9,21 +10,24 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..core.arguments import number
+from ..core.arguments import number, short
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.kinematics import COORDINATES
 from ..core.parameter import require_x64
+from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, relative_field
-from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
 from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
-from .eigen import eigensystem
+from .coordinates import coordinate_order, internal_order, row_of
+from .eigen import eigensystem, eigensystem_numbers
+from .instant import on_nodes, prepare
+from .over_speed import OverSpeed
+from .steady import Steady, steady
 
 # A rounding in every product of a sum, and some to spare.
 _ROUNDING = 4 * float(np.finfo(float).eps)
@@ -63,10 +67,18 @@ class LinearModel(eqx.Module):
     def _system(self) -> tuple[Array, Array, Array, Array]:
         """Eigenvalues with the right and left eigenvectors: first those that oscillate (one of each pair), by
         rising size; and which do."""
-        values, right, left = eigensystem(self.A)
-        swings = jax.lax.stop_gradient(oscillating(self.A, self.M, values, right))
-        order = jnp.argsort(jnp.where(swings, jnp.abs(values), jnp.inf))
-        return values[order], right[:, order], left[order], swings[order]
+        if traced(self):
+            values, right, left = eigensystem(self.A)
+            swings = jax.lax.stop_gradient(oscillating(self.A, self.M, values, right))
+            order = jnp.argsort(jnp.where(swings, jnp.abs(values), jnp.inf))
+            return values[order], right[:, order], left[order], swings[order]
+        A, M = np.asarray(self.A), np.asarray(self.M)
+        values, right, left = eigensystem_numbers(A)
+        swings = oscillating(A, M, values, right)
+        order = np.argsort(np.where(swings, np.abs(values), np.inf), kind="stable")
+        found = values[order], right[:, order], left[order], swings[order]
+        values, right, left, swings = map(jnp.asarray, found)
+        return values, right, left, swings
 
     @property
     def eigenvalues(self) -> Complex[Array, " d"]:
@@ -154,16 +166,54 @@ def linearize(
     weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
     holds for any component. Raises `InputError` for another `at`, and for a speed that is not finite.
     """
-    require_x64()
-    if not isinstance(at, State) and at not in ("equilibrium", "undeformed"):
-        raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {at!r}')
+    check_linearized(at)
     machine.check()
     return linearize_checked(machine, jnp.asarray(speed, float), at)
 
 
-@eqx.filter_jit
+def check_linearized(at: Any) -> None:
+    """Raises `InputError` where nothing can be linearised about `at`."""
+    require_x64()
+    if isinstance(at, State) or (isinstance(at, str) and at in ("equilibrium", "undeformed")):
+        return
+    raise InputError(f'at must be "equilibrium", "undeformed" or a State, but is {short(at)}')
+
+
 def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     """`linearize` of what has been checked: for loops over speeds."""
+    if traced(machine, speed, at):
+        return _derivable(machine, speed, at)
+    return model_of(machine, steady(prepare(machine), float(speed), at), float(speed))
+
+
+def models_over_speed(
+    machine: Machine, speeds: np.ndarray, at: Any
+) -> Callable[[float], LinearModel]:
+    """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
+    over = OverSpeed(prepare(machine), speeds, at)
+    return lambda speed: _model(machine, over(float(speed)), float(speed))
+
+
+def models_at(machine: Machine, at: Any) -> Callable[[float], LinearModel]:
+    """The same, each speed by itself."""
+    prepared = prepare(machine)
+    return lambda speed: _model(machine, steady(prepared, float(speed), at), float(speed))
+
+
+def model_of(machine: Machine, found: Steady, speed: float) -> LinearModel:
+    """What was found as numbers, with JAX's arrays."""
+    return jax.tree.map(jnp.asarray, _model(machine, found, speed))
+
+
+def _model(machine: Machine, found: Steady, speed: float) -> LinearModel:
+    at, n = found.at, len(found.M)
+    D, K = -found.M @ at.A[n : 2 * n, n : 2 * n], -found.M @ at.A[n : 2 * n, :n]
+    return _ordered(machine, found.M, D, K, at.A, at.B, np.float64(speed), at.state)
+
+
+@eqx.filter_jit
+def _derivable(machine: Machine, speed, at) -> LinearModel:
+    """The same under a trace."""
     system = assemble(machine, nominal=True)
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], speed, zero)
@@ -174,22 +224,25 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
         y, _ = running(system, reference)
     else:
         y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
-    nodes = system.layout.n_nodes
-    component, station, order, labels = coordinate_order(machine)
 
     def pushed(force):
-        applied = jnp.zeros((6, nodes)).at[component, station].set(force)
-        return relative_field(zero, y, system, reference, applied)
+        return relative_field(zero, y, system, reference, on_nodes(system, force))
 
     B, own = jax.jacfwd(lambda f: (pushed(f),) * 2, has_aux=True)(jnp.zeros(n))
     M = jnp.linalg.inv(B[n : 2 * n])
     M = 0.5 * (M + M.T)
-    held = None if isinstance(at, State) else holding(machine, system, own, M)
+    held = None if isinstance(at, State) else holding(system, own, M)
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]
     K = -M @ A[n : 2 * n, :n]
+    return _ordered(machine, M, D, K, A, B, speed, from_flat(zero, y, system, reference))
+
+
+def _ordered(machine: Machine, M, D, K, A, B, speed, state: State) -> LinearModel:
+    """From the vector field's order to a person's; of NumPy's or JAX's arrays. D is all that multiplies
+    q'."""
+    _, _, order, labels = coordinate_order(machine)
     whole = internal_order(order, A.shape[0])
-    state = from_flat(zero, y, system, reference)
     names = structure_of(machine).wiring.stations
     spins = state.velocity[np.array([names.index(s) for s, _ in labels], int), 5]
     grid, both = np.ix_(order, order), np.ix_(whole, whole)
@@ -207,46 +260,8 @@ def linearize_checked(machine: Machine, speed, at) -> LinearModel:
     )
 
 
-def holding(
-    machine: Machine, system: System, own: Float[Array, " d"], M: Array
-) -> Float[Array, "6 m"]:
+def holding(system: System, own: Float[Array, " d"], M: Array) -> Float[Array, "6 m"]:
     """Forces from outside that bear what would slow a steady state down or lift it off: `own` is the vector
     field there, in whose order `M` is too."""
-    component, station, _, _ = coordinate_order(machine)
     n = n_free(system)
-    return jnp.zeros((6, system.layout.n_nodes)).at[component, station].set(-M @ own[n : 2 * n])
-
-
-def coordinate_order(
-    machine: Machine,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[str, str], ...]]:
-    """Of the free coordinates as the vector field has them: component and internal station of each; the
-    order in which a person lists them, station by station; and their names in that order."""
-    lineup = structure_of(machine)
-    layout = lay_out(lineup)
-    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
-    place = np.argsort(np.array(layout.internal))[station]  # the user's number of each station
-    order = np.lexsort((component, place))
-    names = lineup.wiring.stations
-    labels = tuple((names[place[i]], COORDINATES[component[i]]) for i in order)
-    return component, station, order, labels
-
-
-def internal_order(order: np.ndarray, size: int) -> np.ndarray:
-    """Where the entries of a state as a person lists them stand in the vector field's."""
-    n = order.size
-    return np.concatenate([order, n + order, np.arange(2 * n, size)])
-
-
-def row_of(labels: tuple[tuple[str, str], ...], place: str) -> int:
-    """Row of `"main.y"`; raises `InputError`."""
-    station, _, coordinate = place.rpartition(".")
-    if (station, coordinate) not in labels:
-        known = sorted({s for s, _ in labels})
-        if station in known and coordinate in COORDINATES:
-            raise InputError(f"`{place}`: {coordinate} of `{station}` is held, it cannot move")
-        raise InputError(
-            f"`{place}`: no such coordinate: write station.coordinate with one of the stations "
-            f"{', '.join(known)} and one of {', '.join(COORDINATES)}"
-        )
-    return labels.index((station, coordinate))
+    return on_nodes(system, -M @ own[n : 2 * n])

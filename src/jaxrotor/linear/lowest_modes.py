@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
 
+from ..core.threads import one_thread
 from .linearise import LinearModel, oscillating
 
 # Below this many states all eigenvalues cost no more than a few.
@@ -19,6 +20,7 @@ _SHIFT, _LOWER = 1e-5, 1e-2
 _MOVES = 1e-13
 
 
+@one_thread
 def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (m,) with Im > 0 by rising natural frequency, `count` at most, and their shapes (n, m)
     over the model's coordinates, the largest entry 1.
@@ -36,7 +38,8 @@ def lowest(model: LinearModel, count: int | None = None) -> tuple[np.ndarray, np
         values, vectors = _all(A) if wanted == size else _near(A, shift, wanted)
         # a motor's fluxes may swing where nothing moves: no mode of the machine
         moves = np.max(np.abs(vectors[:n]), axis=0, initial=0.0) > _MOVES
-        up = np.flatnonzero(moves & oscillating(A, M, values, vectors))
+        up = np.flatnonzero(moves & (np.imag(values) > 0))
+        up = up[oscillating(A, M, values[up], vectors[:, up])]
         if wanted == size:
             break
         lowest = np.min(np.abs(values[up]), initial=np.inf)

@@ -8,12 +8,13 @@ from jaxtyping import Array, Float
 
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
-from ..machine.field import Reference, evaluate
+from ..core.quick import quickly_compiled
+from ..machine.field import Reference, node_motions, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..simulation.named_parts import forces_on_ends, part_of, signals_of
-from .linearise import row_of
+from .coordinates import row_of
 
 _UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}
 _FORCES = {c: "N" if c in "xyz" else "N*m" for c in COORDINATES}
@@ -62,19 +63,20 @@ def observe(
 ) -> Float[Array, " n"]:
     """The outputs in a state `y` that is measured from `reference`."""
     zero = jnp.zeros(())
-    ev = evaluate(zero, y, system, reference)
+    # no accelerations: what is observed are motions, and what laws make of them
+    N, V = node_motions(zero, y, system, reference)
+    states = unpack(zero, y, system, reference)[2]
     stations = system.layout.internal
     names = structure_of(machine).wiring.stations
-    N, V = ev.nodes
     found: list[Array] = []
     for output in outputs:
         if output.kind == "coordinate":
             place = stations[names.index(output.element)]
-            found.append(ev.q[COORDINATES.index(output.what), place])
+            found.append(N[COORDINATES.index(output.what), place])
             continue
         element, nodes, rows = part_of(machine, system, output.element)
         motions = tuple((N[:, i], V[:, i]) for i in nodes)
-        state = ev.states[rows] if rows.size else None
+        state = states[rows] if rows.size else None
         if output.kind == "force":
             forces = forces_on_ends(element, zero, motions, state)
             found.append(forces[0, COORDINATES.index(output.what)])
@@ -94,3 +96,11 @@ def sensitivity(
 ) -> Float[Array, "n d"]:
     """d(outputs)/dy."""
     return jax.jacfwd(lambda y: observe(machine, outputs, system, y, reference))(y)
+
+
+@quickly_compiled
+def watched(
+    machine: Machine, outputs: tuple[Output, ...], system: System, y, reference: Reference
+) -> Float[Array, "n d"]:
+    """`sensitivity`, once: where no derivative is asked."""
+    return sensitivity(machine, outputs, system, y, reference)

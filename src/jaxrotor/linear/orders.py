@@ -15,6 +15,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..core.protocol import Geared, Nominal
+from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.layout import lay_out
@@ -24,8 +25,11 @@ from ..machine.speed_ratios import root
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from ..simulation.state import State, to_flat
-from .linearise import coordinate_order, holding, internal_order, linearize
-from .observe import observe, outputs_of, sensitivity
+from .coordinates import coordinate_order, internal_order
+from .excess import excess
+from .forced import amplitudes
+from .linearise import check_linearized, holding, linearize
+from .observe import outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
 
@@ -80,10 +84,14 @@ def unbalance_response(
     """
     check_kind(kind)
     found = _at_orders(machine, outputs, speeds, (1.0,), at, shaft)
-    values = found.values[:, 0]
-    rate = (1j * found.speeds[:, None]) ** POWER[kind]
-    values = jnp.where(jnp.isinf(values), values, values * rate)
-    return FrequencyResponse(found.speeds, values, found.outputs, (), kind, found.units)
+    # JAX would compile these for each number of speeds
+    xp: Any = jnp if traced(found.values, found.speeds) else np
+    values, rates = xp.asarray(found.values)[:, 0], 1j * xp.asarray(found.speeds)[:, None]
+    with np.errstate(invalid="ignore"):  # what has no bound stays as it is
+        values = xp.where(xp.isinf(values), values, values * rates ** POWER[kind])
+    return FrequencyResponse(
+        found.speeds, jnp.asarray(values), found.outputs, (), kind, found.units
+    )
 
 
 @takes(outputs=names, speeds=numbers("rad/s"), orders=numbers())
@@ -119,7 +127,15 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
         raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
     if geared:
         machine = _only(machine, _members(machine, shaft))
-    values = _amplitudes(machine, found, speeds, orders, at, shaft if geared else None)
+    turn_at = machine.wiring.stations.index(shaft) if geared and shaft is not None else None
+    count = max(256, 8 * _TURNS * int(np.ceil(max(orders))))
+    angles = 2 * np.pi * _TURNS * np.arange(count) / count
+    given = (machine, _only(machine, frozenset()), found, speeds, orders, turn_at, at, angles)
+    if traced(machine, speeds, at):
+        values = _amplitudes(*given)
+    else:
+        check_linearized(at)
+        values = jnp.asarray(amplitudes(*given))
     numbers = known(values)
     if numbers is not None and np.any(np.isinf(numbers)):
         s, k, _ = np.argwhere(np.isinf(numbers))[0]
@@ -134,15 +150,12 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
 
 
 @eqx.filter_jit
-def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
+def _amplitudes(machine: Machine, balanced, outputs, speeds, orders, turn_at, at, angles) -> Array:
+    """`amplitudes` with derivatives."""
     zero = jnp.zeros(())
     actual, nominal = assemble(machine), assemble(machine, nominal=True)
     order = coordinate_order(machine)[2]
-    turn = jnp.ones(())
-    if nominal.turn is not None and shaft is not None:
-        turn = nominal.turn[nominal.layout.internal[machine.wiring.stations.index(shaft)]]
-    count = max(256, 8 * _TURNS * int(np.ceil(max(orders))))
-    angles = 2 * jnp.pi * _TURNS * jnp.arange(count) / count
+    turn = jnp.ones(()) if turn_at is None else nominal.turns()[turn_at]
 
     def one(speed):
         model = linearize(machine, speed, at)
@@ -151,29 +164,19 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
         if not isinstance(at, State):
             M = model.M[np.ix_(np.argsort(order), np.argsort(order))]
             own = relative_field(zero, y, nominal, (zero, speed, zero))
-            held = holding(balanced, nominal, own, M)
-
-        def excess(angle):
-            reference = (angle / turn, speed, zero)
-            return tuple(
-                f(actual) - f(nominal)
-                for f in (
-                    lambda s: relative_field(zero, y, s, reference, held),
-                    lambda s: observe(_of(s), outputs, s, y, reference),
-                )
-            )
-
-        def _of(system):
-            return machine if system is actual else balanced
+            held = holding(nominal, own, M)
+        pair = (machine, actual), (balanced, nominal)
 
         # one after the other: batched LAPACK calls side by side can deadlock (docs/solving.md)
-        forces, direct = jax.lax.map(excess, angles)
+        forces, direct = jax.lax.map(
+            lambda angle: excess(pair, outputs, y, (angle / turn, speed, zero), held), angles
+        )
         C = sensitivity(balanced, outputs, nominal, y, (zero, speed, zero))
         sorted_rows = internal_order(order, C.shape[1])
         C, forces = C[:, sorted_rows], forces[:, sorted_rows]
 
         def at_order(k):
-            share = 2 / count * jnp.exp(-1j * k * angles)
+            share = 2 / len(angles) * jnp.exp(-1j * k * angles)
             force, w = share @ as_complex(forces), k * turn * speed
             whirl = solve(model.A, w, force)
 
@@ -182,14 +185,13 @@ def _amplitudes(machine: Machine, outputs, speeds, orders, at, shaft) -> Array:
 
             found = jax.lax.cond(
                 nearly_unbounded(model.A, w, whirl, force),
-                lambda: beside_poles(response, poles_of(model), w),
+                lambda: beside_poles(response, poles_of(model.A, model.M), w),
                 lambda: as_complex(C) @ whirl,
             )
             return found + share @ as_complex(direct)
 
         return jnp.stack([at_order(k) for k in orders])
 
-    balanced = _only(machine, frozenset())
     return jax.lax.map(one, speeds)
 
 

@@ -11,17 +11,24 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import names, number, numbers
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.quick import traced
 from ..core.result_text import HERTZ, shows
+from ..core.threads import one_thread
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..simulation.state import to_flat
-from .linearise import LinearModel, coordinate_order, internal_order, linearize
-from .observe import Output, outputs_of, sensitivity
-from .poles import beside_poles, poles_of
+from .coordinates import coordinate_order, internal_order, row_of
+from .instant import prepare
+from .linearise import LinearModel, check_linearized, linearize_checked, model_of
+from .observe import Output, outputs_of, sensitivity, watched
+from .poles import beside_poles, beside_poles_numbers, poles_of
+from .resolvent import resolvent
+from .steady import steady
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -80,12 +87,14 @@ def frequency_response(
     check_kind(kind)
     inputs, outputs = as_names(inputs), as_names(outputs)
     frequencies = jnp.atleast_1d(jnp.asarray(frequencies, float))
-    model = linearize(machine, speed, at)
-    found = outputs_of(machine, model.coordinates, outputs)
-    columns = np.array([model.row(i) for i in inputs])
-    C = output_rows(machine, found, model)
-
-    values = _responses(model, C, columns, frequencies, POWER[kind])
+    check_linearized(at)
+    machine.check()
+    labels = coordinate_order(machine)[3]
+    found = outputs_of(machine, labels, outputs)
+    columns = np.array([row_of(labels, i) for i in inputs])
+    model, C = observed(machine, found, speed, at)
+    responses = _responses if traced(model, C, frequencies) else _responses_numbers
+    values = responses(model, C, columns, frequencies, POWER[kind])
     _warn_unbounded(values, frequencies, outputs, inputs)
     return FrequencyResponse(
         frequencies, values, outputs, inputs, kind, tuple(o.unit for o in found)
@@ -94,12 +103,28 @@ def frequency_response(
 
 @eqx.filter_jit
 def _responses(model: LinearModel, C: Array, columns: np.ndarray, frequencies, power: int) -> Array:
-    poles = poles_of(model)
+    poles = poles_of(model.A, model.M)
 
     def response(s):
         return as_complex(C) @ solve(model.A, s, model.B[:, columns]) * s**power
 
     return jax.lax.map(lambda w: beside_poles(response, poles, w), frequencies)
+
+
+@one_thread
+def _responses_numbers(
+    model: LinearModel, C, columns: np.ndarray, frequencies, power: int
+) -> Array:
+    """`_responses`, where no derivative is asked."""
+    A, M, B, C = map(np.asarray, (model.A, model.M, model.B[:, columns], C))
+    poles = poles_of(A, M)
+
+    def response(s):
+        return C @ resolvent(A, len(M), s, B) * s**power
+
+    along = map(float, with_bar(np.asarray(frequencies), "response"))
+    found = [beside_poles_numbers(response, poles, w) for w in along]
+    return jnp.asarray(np.stack(found))
 
 
 def _warn_unbounded(values: Array, frequencies: Array, outputs, inputs) -> None:
@@ -123,6 +148,22 @@ def check_kind(kind: str) -> None:
 
 def as_names(given: str | Sequence[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
+
+
+def observed(
+    machine: Machine, outputs: tuple[Output, ...], speed: Any, at: Any
+) -> tuple[LinearModel, Float[Array, "outputs d"]]:
+    """The linear model of a machine that has been checked, and what turns its state into the outputs."""
+    speed = jnp.asarray(speed, float)
+    if traced(machine, speed, at) or all(o.kind == "coordinate" for o in outputs):
+        model = linearize_checked(machine, speed, at)
+        return model, output_rows(machine, outputs, model)
+    prepared = prepare(machine)
+    found = steady(prepared, float(speed), at)
+    reference = (prepared.angle, speed, jnp.zeros(()))
+    C = np.asarray(watched(machine, outputs, prepared.system, jnp.asarray(found.y), reference))
+    C = C[:, internal_order(coordinate_order(machine)[2], C.shape[1])]
+    return model_of(machine, found, float(speed)), jnp.asarray(C)
 
 
 def output_rows(

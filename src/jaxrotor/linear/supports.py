@@ -6,9 +6,9 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from tqdm import tqdm
 
 from ..core.arguments import names, numbers, whole
+from ..core.bar import with_bar
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
@@ -16,7 +16,7 @@ from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from .frozen import Frozen, Matrices, matrices_at_rest, shares_and_whirl, solved
+from .frozen import Matrices, matrices_at_rest, shares_and_whirl, solved
 
 
 @shows(without=("actual",), stiffness="N/m", speeds="rad/s")
@@ -43,7 +43,7 @@ def critical_speed_map(
     stiffness: Any,
     supports: Sequence[str] | None = None,
     count: int = 4,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> CriticalSpeedMap:
     """The `count` lowest undamped forward critical speeds for each `stiffness` (N/m) of the `supports`
     (default: all linear and speed-dependent ones), their damping and cross-coupling left out.
@@ -67,8 +67,9 @@ def critical_speed_map(
         without = _without(without, name)
     rest, held = _lateral(without, machine, names)
     found = np.full((stiffness.size, count), np.nan)
-    for i, k in enumerate(tqdm(stiffness, "critical speeds", disable=not progress, leave=False)):
-        there = _supported(rest, jnp.asarray(held), jnp.asarray(k))
+    for i, k in enumerate(with_bar(stiffness, "critical speeds", progress)):
+        supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * np.diag(held))
+        there = solved(supported, 1.0)
         speeds = np.asarray(there.speeds)
         forward = np.isfinite(speeds) & (np.asarray(shares_and_whirl(there)[1]) > 0)
         if int(there.lost) and np.sum(forward[: int(there.complete)]) < count:
@@ -96,12 +97,6 @@ def _lateral(
             place, c = rest.coordinates[row]
             held[i] += place == machine.wiring.stations[station] and c in ("x", "y")
     return rest.part(rows), held
-
-
-@eqx.filter_jit
-def _supported(rest: Matrices, held, k) -> Frozen:
-    supported = eqx.tree_at(lambda m: m.K, rest, rest.K + k * jnp.diag(held))
-    return solved(supported, jnp.ones(()))
 
 
 def _without(machine: Machine, name: str) -> Machine:

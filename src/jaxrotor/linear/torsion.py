@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -10,14 +11,17 @@ from ..core.arguments import number, numbers, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.protocol import AbstractConnector, Signalling
+from ..core.quick import traced
 from ..core.result_text import HERTZ, shows
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
-from .linearise import LinearModel, linearize
+from .coordinates import coordinate_order
+from .instant import prepare
+from .linearise import LinearModel, check_linearized
 from .lowest_modes import lowest
 from .observe import outputs_of
-from .response import output_rows
+from .response import observed
 
 # Of the highest speed, up to which meetings are told.
 _BEYOND = 1.5
@@ -59,8 +63,8 @@ def _ratio(machine: Machine, shaft: str) -> float:
     stations = machine.wiring.stations
     if shaft not in stations:
         raise InputError(f"shaft: {unknown('station', shaft, stations)}")
-    spins = linearize(machine, 1.0, "undeformed").state.velocity[:, 5]
-    return abs(float(spins[stations.index(shaft)]))
+    turns = np.asarray(prepare(machine).system.turns())
+    return abs(float(turns[stations.index(shaft)]))
 
 
 @takes()
@@ -70,20 +74,27 @@ def torsional(model: LinearModel) -> LinearModel:
     rows = np.array([i for i, (_, c) in enumerate(model.coordinates) if c == "phi"], int)
     if not rows.size:
         raise InputError("nothing can twist in this machine: every phi is held")
+    if traced(model):
+        return _twisting(model, rows, jnp)
+    return jax.tree.map(jnp.asarray, _twisting(jax.tree.map(np.asarray, model), rows, np))
+
+
+def _twisting(model: LinearModel, rows: np.ndarray, xp: Any) -> LinearModel:
+    """`torsional`, of NumPy's or JAX's arrays."""
     n, d = model.M.shape[0], model.A.shape[0]
     inside = np.arange(2 * n, d)
     M, C, G, K = (x[np.ix_(rows, rows)] for x in (model.M, model.C, model.G, model.K))
     pull = (model.M @ model.A[n : 2 * n][:, inside])[rows]
-    zero, one = jnp.zeros(K.shape), jnp.eye(rows.size)
-    top = jnp.concatenate([zero, one, jnp.zeros((rows.size, inside.size))], axis=1)
-    middle = jnp.linalg.solve(M, jnp.concatenate([-K, -C - G, pull], axis=1))
+    zero, one = xp.zeros(K.shape), xp.eye(rows.size)
+    top = xp.concatenate([zero, one, xp.zeros((rows.size, inside.size))], axis=1)
+    middle = xp.linalg.solve(M, xp.concatenate([-K, -C - G, pull], axis=1))
     whole = np.concatenate([rows, n + rows, inside])
     # internal states feel accelerations (a ring is left behind by its hub): those of the twisting alone
     felt = model.B[inside] @ model.M
     own = (model.A[inside] - felt @ model.A[n : 2 * n])[:, whole]
-    A = jnp.concatenate([top, middle, own + felt[:, rows] @ middle])
-    quick = jnp.linalg.inv(M)
-    B = jnp.concatenate([zero, quick, felt[:, rows] @ quick])
+    A = xp.concatenate([top, middle, own + felt[:, rows] @ middle])
+    quick = xp.linalg.inv(M)
+    B = xp.concatenate([zero, quick, felt[:, rows] @ quick])
     labels = tuple(model.coordinates[i] for i in rows)
     return LinearModel(M, C, G, K, A, B, model.speed, model.spins[rows], model.state, labels)
 
@@ -100,14 +111,16 @@ def torsional_modes(
 
     Source: Holzer, Die Berechnung der Drehschwingungen (1921); Friswell et al. (2010), ch. 9.
     """
-    model = linearize(machine, speed, at)
-    twisting = torsional(model)
-    values, shapes = lowest(twisting, count)
+    check_linearized(at)
+    machine.check()
     carriers = _carriers(machine)
     names = tuple(
         dict.fromkeys(signal for pair in carriers.values() for signal, _ in pair.values())
     )
-    C = np.asarray(output_rows(machine, outputs_of(machine, model.coordinates, names), model))
+    outputs = outputs_of(machine, coordinate_order(machine)[3], names)
+    model, C = jax.tree.map(np.asarray, observed(machine, outputs, speed, at))
+    twisting = torsional(model)
+    values, shapes = lowest(twisting, count)
     n = model.M.shape[0]
     rows = [i for i, (_, c) in enumerate(model.coordinates) if c == "phi"]
     stations = [s for s, _ in twisting.coordinates]

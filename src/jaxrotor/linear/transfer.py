@@ -11,10 +11,11 @@ from jaxtyping import Array, Complex, Float
 from ..core.errors import InputError
 from ..core.result_text import HERTZ, shows
 from ..machine.machine import Machine
-from .linearise import linearize
+from .coordinates import coordinate_order
+from .linearise import check_linearized
 from .observe import outputs_of
 from .peak import stationary
-from .response import as_complex, output_rows, solve
+from .response import as_complex, observed, solve
 from .torsion import torsional
 
 _SPARE = 2  # peaks refined beyond those asked for: which are the highest is known only then
@@ -46,8 +47,10 @@ def transfer(
         raise InputError(
             f"`{input}`: with torsion=True only moments along phi act: take torsion=False"
         )
-    model = linearize(machine, speed, at)
-    C = _rows(machine, outputs_of(machine, model.coordinates, (output,)), model)
+    check_linearized(at)
+    machine.check()
+    outputs = outputs_of(machine, coordinate_order(machine)[3], (output,))
+    model, C = observed(machine, outputs, speed, at)
     if torsion:
         n = model.M.shape[0]
         phi = np.array([i for i, (_, what) in enumerate(model.coordinates) if what == "phi"], int)
@@ -71,9 +74,6 @@ def met(G: Transfer) -> Transfer:
     quick = jax.lax.stop_gradient(jnp.sqrt(jnp.max(jnp.abs(A)))) + 1.0
     A = jnp.where(jnp.outer(kept, kept) > 0, A, -quick * jnp.diag(1 - kept))
     return Transfer(A, b * kept, c * kept)
-
-
-_rows = eqx.filter_jit(output_rows)
 
 
 def level(G: Transfer, w: Array) -> Float[Array, ""]:

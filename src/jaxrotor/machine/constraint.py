@@ -38,10 +38,13 @@ def held_acceleration(
 def _solve(matrix: Float[Array, "k k"], right: Float[Array, " k"]) -> Float[Array, " k"]:
     """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this."""
     k = right.shape[0]
-    rows = [jnp.append(matrix[i], right[i]) for i in range(k)]
+    # apart, so that a reader of the program sees what of it depends on the motion (linear/degree.py)
+    rows, sides = [matrix[i] for i in range(k)], [right[i] for i in range(k)]
     for i in range(k):  # symmetric and positive definite up to scaling: no pivoting needed
-        rows[i] = rows[i] / rows[i][i]
+        pivot = rows[i][i]
+        rows[i], sides[i] = rows[i] / pivot, sides[i] / pivot
         for j in range(k):
             if j != i:
-                rows[j] = rows[j] - rows[j][i] * rows[i]
-    return jnp.stack([row[-1] for row in rows])
+                factor = rows[j][i]
+                rows[j], sides[j] = rows[j] - factor * rows[i], sides[j] - factor * sides[i]
+    return jnp.stack(sides)

@@ -1,6 +1,7 @@
 """Does each connector act at as many places as it is given, and has every station some inertia?"""
 
 from collections.abc import Iterator
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +19,7 @@ from ..core.protocol import (
     Massive,
     Stateful,
 )
+from ..core.quick import quickly_compiled
 from .built import Built
 from .lineup import Lineup
 
@@ -71,17 +73,10 @@ def massless(machine: Built) -> Iterator[str]:
         ]
         if any(isinstance(c, Carrying) for c, _ in beside):
             continue
-        own = station.own_mass()
-        if own is None:
+        inertia = _inertia(station, [(c, end) for c, end in beside if isinstance(c, Massive)])
+        if inertia is None:
             continue
-        added = [
-            jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6]
-            for c, end in beside
-            if isinstance(c, Massive)
-        ]
-        if any(x.shape != (6,) for x in added):  # at too few places: `check_ends` says so
-            continue
-        inertia = known(sum(added, jnp.diagonal(own)))
+        inertia = known(inertia)
         held = {h.coordinate for h in wiring.held if h.station == k}
         bare = [c for i, c in enumerate(COORDINATES) if i not in held and inertia is not None]
         bare = [c for c in bare if not inertia[COORDINATES.index(c)] > 0]  # pyright: ignore
@@ -90,6 +85,17 @@ def massless(machine: Built) -> Iterator[str]:
                 f"`{name}`: has no inertia along {', '.join(bare)}, but moves there: give its "
                 "AddedInertia some (kg, kg*m^2), or hold these coordinates by `fixed`"
             )
+
+
+@quickly_compiled
+def _inertia(station: Any, added: Any) -> Any:
+    """Along each coordinate, (6,); `None` where the station needs none, or where what is added has another
+    number of ends: `check_ends` says so."""
+    own = station.own_mass()
+    parts = [jnp.diagonal(c.mass_matrix())[6 * end : 6 * end + 6] for c, end in added]
+    if own is None or any(x.shape != (6,) for x in parts):
+        return None
+    return sum(parts, jnp.diagonal(own))
 
 
 def _acts_at(element: AbstractElement, given: int) -> int | str:

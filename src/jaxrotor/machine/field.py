@@ -129,6 +129,18 @@ def net_loads(
     return ev.loads.ravel()[np.array(system.layout.free, int)], ev.rates
 
 
+@eqx.filter_jit  # as `relative_field`
+def rates_and_loads(
+    t, y, system: System, reference: Reference, applied: Float[Array, "6 m"]
+) -> tuple[Float[Array, " d"], Float[Array, " f"], Float[Array, " k"]]:
+    """`relative_field`, and what a steady state has none of: the generalized loads on the free coordinates
+    (N, N·m), and the internal states' rates."""
+    u, s, z = unpack(t, y, system, reference)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=False, applied=applied)
+    loads = ev.loads.ravel()[np.array(system.layout.free, int)]
+    return _flat_rates(s, ev, system, reference), loads, ev.rates
+
+
 def initial_states(system: System) -> Float[Array, " k"]:
     parts = [
         actor.call("initial").ravel()
@@ -173,9 +185,9 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
-def node_motions(t, y, system: System) -> tuple[Array, Array]:
+def node_motions(t, y, system: System, reference: Reference | None = None) -> tuple[Array, Array]:
     """Coordinates and rates (6, n_nodes + n_ground) of every node."""
-    reference = system.reference(t)
+    reference = system.reference(t) if reference is None else reference
     u, s, _ = unpack(t, y, system, reference)
     q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
     shift, shift_t, _ = ports(q, v, system)

@@ -1,6 +1,8 @@
 """The line-up: every part of a machine, with what is lumped filled in and composites taken apart."""
 
-from typing import Any
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -8,6 +10,8 @@ import jax
 from ..core.protocol import LEFT, Composite, Parts
 from .built import Built
 from .wiring import Wiring
+
+T = TypeVar("T")
 
 
 class Block(eqx.Module):
@@ -118,6 +122,25 @@ def _flat(x: Any) -> Any:
     return x.reshape(*x.shape[:-2], -1)
 
 
+def by_structure(function: Callable[[Any], T]) -> Callable[[Any], T]:
+    """For what is told by a machine's parts, names, options and shapes alone: told once for all machines that
+    have them in common. `function` gets shapes in place of arrays."""
+
+    @functools.lru_cache(maxsize=32)
+    def of(tree: Any, kinds: tuple[tuple[tuple[int, ...], Any], ...]) -> T:
+        return function(jax.tree.unflatten(tree, [jax.ShapeDtypeStruct(*kind) for kind in kinds]))
+
+    @functools.wraps(function)
+    def call(machine: Any) -> T:
+        leaves, tree = jax.tree.flatten(machine)
+        if all(hasattr(x, "shape") and hasattr(x, "dtype") for x in leaves):
+            return of(tree, tuple((tuple(x.shape), x.dtype) for x in leaves))
+        return function(machine)
+
+    return call
+
+
+@by_structure
 def structure_of(machine: Built) -> Lineup:
     """The line-up with shapes in place of arrays: nothing is computed."""
     return eqx.filter_eval_shape(line_up, machine)

@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 from ..core.kinematics import with_last
 from ..core.protocol import Carried, Massive
 from .layout import Layout
+from .placing import placed
 
 
 class CoupledMass(eqx.Module):
@@ -53,7 +54,6 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
     if not massive and not carried:
         return None
     n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
-    M = jnp.zeros((6, n, 6, n))
     parts = [
         (jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive
     ]
@@ -66,11 +66,7 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
                 axis_size=group.stop - group.start,
             )(stacked)
             parts.append((own, (tuple(range(group.start, group.stop)),)))
-    for blocks, nodes in parts:
-        node = np.repeat(np.array(nodes), 6, axis=0)
-        component = np.tile(np.arange(6), len(nodes))[:, None] + np.zeros_like(node)
-        at = (component[:, None], node[:, None], component[None], node[None])
-        M = M.at[at].add(blocks)
+    M = placed(parts, n)
     weight = jnp.einsum("anbm,b->an", M[:, :, :3], gravity)
     M = M.reshape(6 * n, 6 * n)
 

@@ -14,6 +14,7 @@ from .layout import Layout, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
 from .mass import CoupledMass, assemble_mass
+from .placing import placed
 from .speed_ratios import turning
 
 # Angle, speed and acceleration of the spin that coordinates are measured from.
@@ -139,7 +140,11 @@ def _balanced(block: Block) -> Block:
 
 def assemble(machine: Machine, nominal: bool = False) -> System:
     """Fills, stacks and assembles. `nominal` leaves out what turns with the shaft."""
-    lineup = line_up(machine)
+    return assembled(machine, line_up(machine), nominal)
+
+
+def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
+    """`assemble` of what has been lined up."""
     stations, connectors = list(lineup.stations), list(lineup.connectors)
     if nominal:
         stations, connectors = [_balanced(s) for s in stations], [_balanced(c) for c in connectors]
@@ -192,16 +197,12 @@ def _acts(actor: Actor, count: int) -> bool:
 def _assemble_linear(layout: Layout, parts, turn) -> tuple[Array, Array, Array]:
     """One scatter for each kind, into K and C over all nodes, driven ends last."""
     m, n = layout.n_nodes, layout.n_nodes + layout.n_ground
-    K = jnp.zeros((6, n, 6, n))
-    C = jnp.zeros((6, n, 6, n))
-    for element, nodes in parts:
-        if not isinstance(element, Linear):
-            continue
-        k, c = jax.vmap(lambda e: e.matrices(), in_axes=-1, out_axes=-1)(element)
-        node = np.repeat(np.array(nodes), 6, axis=0)  # (6 ends, members)
-        component = np.tile(np.arange(6), len(nodes))[:, None] + np.zeros_like(node)
-        at = (component[:, None], node[:, None], component[None], node[None])
-        K, C = K.at[at].add(k), C.at[at].add(c)
+    both = [
+        (jax.vmap(lambda e: e.matrices(), in_axes=-1, out_axes=-1)(element), nodes)
+        for element, nodes in parts
+        if isinstance(element, Linear)
+    ]
+    K, C = (placed(((pair[i], nodes) for pair, nodes in both), n) for i in (0, 1))
     moving = -jnp.concatenate(
         [K[:, :m, :, :m].reshape(6 * m, 6 * m), C[:, :m, :, :m].reshape(6 * m, 6 * m)], axis=1
     )

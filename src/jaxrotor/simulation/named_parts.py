@@ -13,10 +13,11 @@ from ..machine.lineup import line_up, structure_of
 from ..machine.machine import Machine
 from ..machine.system import System
 
+_lined_up = eqx.filter_jit(line_up)  # traced once for all names
 
-@eqx.filter_jit
+
 def inner_element(machine: Machine, name: str) -> Any:
-    lineup = line_up(machine)
+    lineup = _lined_up(machine)
     wiring = lineup.wiring
     station = name in wiring.stations
     index = (wiring.stations if station else wiring.connectors).index(name)

@@ -37,12 +37,13 @@ class Segment(eqx.Module):
 
     def section(self, s: Any) -> tuple[Array, Array]:
         """Area and second moment of area at the parts s of the length."""
-        do, di = self._across(s)
-        return jnp.pi / 4 * (do**2 - di**2), jnp.pi / 64 * (do**4 - di**4)
+        do, di = (d**2 for d in self._across(s))
+        area = jnp.pi / 4 * (do - di)
+        return area, area / 16 * (do + di)
 
     def _across(self, s: Any) -> tuple[Array, Array]:
-        outer, inner = self.diameters, self.inner_diameters
-        return (1 - s) * outer[0] + s * outer[1], (1 - s) * inner[0] + s * inner[1]
+        shares = np.stack([1 - s, s], axis=-1)
+        return shares @ self.diameters, shares @ self.inner_diameters
 
     def shear_rigidity(self, s: Any) -> Array:
         """kappa G A, N."""
@@ -89,6 +90,7 @@ class Segment(eqx.Module):
         sheared = p * jnp.stack([-one / L, -0.5 * one, one / L, -0.5 * one])
         return deflection / (1 + p), slope / (1 + p), curvature / (1 + p), sheared / (1 + p)
 
+    @eqx.filter_jit  # traced once for all segments of a machine, and for all machines
     def matrices(self) -> tuple[Array, Array, Array]:
         """Stiffness, consistent mass, and gyroscopic matrix per speed less what acts at the nodes
         themselves (12x12 each)."""

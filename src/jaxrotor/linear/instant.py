@@ -1,0 +1,115 @@
+"""The balanced machine at one state and speed, as numbers: its rates, its loads and their slopes, all from
+one small program that is quickly compiled."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.quick import quickly_compiled
+from ..machine.field import initial_states, n_free, rates_and_loads
+from ..machine.lineup import Lineup, line_up
+from ..machine.machine import Machine
+from ..machine.system import System, assembled
+from ..simulation.free_turning import Turning, turning_at_rest
+from ..simulation.state import State, from_flat, to_flat
+
+
+class Prepared(NamedTuple):
+    """The machine without what turns with the shaft, assembled; which turnings nothing resists; the flat
+    state from which an equilibrium is looked for; and the angle of the reference spin at t = 0."""
+
+    system: System
+    turning: Turning | None
+    start: Float[Array, " d"]
+    angle: Float[Array, ""]
+
+
+class Instant(NamedTuple):
+    """At a flat state y = (u, u', z) with n free coordinates and k internal states, d = 2 n + k.
+
+    - `rates`: (d,), dy/dt; `loads`: (n + k,), of which a steady state has none: those on the free
+      coordinates, and z'.
+    - `A`: (d, d), `B`: (d, n): how y, and generalized forces on the free coordinates, change the rates.
+      `pull`: (n + k, d), how y changes the loads. - `state`: y as a person sees it.
+    """
+
+    rates: np.ndarray
+    loads: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    pull: np.ndarray
+    state: State
+
+
+@quickly_compiled
+def prepare(machine: Machine) -> Prepared:
+    return _prepared(machine, line_up(machine))
+
+
+@quickly_compiled
+def prepare_both(machine: Machine) -> tuple[Prepared, System]:
+    """And the machine as it is, assembled."""
+    lineup = line_up(machine)
+    return _prepared(machine, lineup), assembled(machine, lineup, nominal=False)
+
+
+def _prepared(machine: Machine, lineup: Lineup) -> Prepared:
+    system = assembled(machine, lineup, nominal=True)
+    start = jnp.concatenate([jnp.zeros(2 * n_free(system)), initial_states(system)])
+    turning = jax.tree.map(jnp.asarray, turning_at_rest(system))
+    return Prepared(system, turning, start, system.reference(jnp.zeros(()))[0])
+
+
+def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None = None) -> Instant:
+    """`force`: (n,), from outside, on the free coordinates."""
+    n, d = n_free(prepared.system), len(y)
+    force = np.zeros(n) if force is None else force
+    # a number of Python would be a constant of the program
+    given = map(jnp.asarray, (y, np.float64(speed), force))
+    found, slopes, state = _instant(prepared.system, prepared.angle, *given)
+    found, slopes = np.asarray(found), np.asarray(slopes)
+    return Instant(
+        found[:d],
+        found[d:],
+        slopes[:d, :d],
+        slopes[:d, d:],
+        slopes[d:, :d],
+        jax.tree.map(np.asarray, state),
+    )
+
+
+@quickly_compiled
+def _instant(system: System, angle, y, speed, force) -> tuple[Array, Array, State]:
+    reference = (angle, speed, jnp.zeros(()))
+
+    def found(both):
+        out = field_and_loads(system, both[: y.size], reference, both[y.size :])
+        return out, out
+
+    slopes, values = jax.jacfwd(found, has_aux=True)(jnp.concatenate([y, force]))
+    return values, slopes, from_flat(jnp.zeros(()), y, system, reference)
+
+
+def field_and_loads(system: System, y: Array, reference: Any, force: Array) -> Float[Array, " m"]:
+    """`rates` and `loads` as one vector."""
+    applied = on_nodes(system, force)
+    return jnp.concatenate(rates_and_loads(jnp.zeros(()), y, system, reference, applied))
+
+
+def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
+    """Forces on the free coordinates, as the vector field takes them."""
+    layout = system.layout
+    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
+    return jnp.zeros((6, layout.n_nodes)).at[component, station].set(force)
+
+
+def flat_state(prepared: Prepared, state: State, speed: float) -> np.ndarray:
+    return np.asarray(_flat_state(prepared, state, jnp.asarray(np.float64(speed))))
+
+
+@quickly_compiled
+def _flat_state(prepared: Prepared, state: State, speed) -> Float[Array, " d"]:
+    return to_flat(state, prepared.system, (prepared.angle, speed, jnp.zeros(())))
