@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from . import rodas5p as tableau
+from .elimination import solver_of
 
 Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]
@@ -61,6 +62,10 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
     ) -> None:
         return None
 
+    def at_rest(self, y: Vector) -> dict[str, Array]:
+        """What the state within a step is told by, of a step that goes nowhere."""
+        return dict(y0=y, y1=y, bend=jnp.zeros((3, y.shape[0])))
+
     def func(
         self,
         terms: Terms,
@@ -93,17 +98,20 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
 
         # a loop, for the field's program stands in it once
         def stage(increments, row):
-            i, A, C, time, share = row
+            own, A, C, time, share = row
             at = jnp.where(time == 1, t1, t0 + time * h)  # the sum may round onto a jump behind t1
             value: Any = terms.vf(at, y0 + A @ increments, args)
             found = solve(value + C @ increments / h + share * h * J[:, 0])
-            return increments.at[i].set(found), None
+            return increments + own[:, None] * found, None  # a scatter would split the kernel
 
-        increments = jnp.zeros((8, d)).at[0].set(solve(first + tableau.DT[0] * h * J[:, 0]))
-        rows = (np.arange(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
+        began = solve(first + tableau.DT[0] * h * J[:, 0])
+        increments = jnp.concatenate([began[None], jnp.zeros((7, d))])
+        rows = (np.eye(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
         increments, _ = jax.lax.scan(stage, increments, jax.tree.map(lambda x: x[1:], rows))
         y1 = y0 + tableau.A[7] @ increments + increments[7]
-        dense = dict(y0=y0, y1=y1, bend=tableau.DENSE @ increments)
+        # row by row: a product of two matrices would be a library's, and split the kernel
+        bend = jnp.stack([row @ increments for row in tableau.DENSE])
+        dense = dict(y0=y0, y1=y1, bend=bend)
         return y1, increments[7], dense, None, diffrax.RESULTS.successful
 
 
@@ -114,11 +122,11 @@ def _eliminated(J: Float[Array, "d d"], h: Array, n: int) -> Callable[[Array], A
     stiff, rest = lower[:, :n], lower[:, n:]
     size = rest.shape[1]
     matrix = jnp.eye(size) / g - rest - g * jnp.pad(stiff, ((0, 0), (0, size - n)))
-    inverse = jnp.linalg.inv(matrix)
+    rates = solver_of(matrix)
 
     def solve(right):
         first, others = right[:n], right[n:]
-        others = inverse @ (others + g * (stiff @ first))
+        others = rates(others + g * (stiff @ first))
         return jnp.concatenate([g * (first + others[:n]), others])
 
     return solve

@@ -1,0 +1,130 @@
+"""Adaptive steps of a one-step method through samples: a loop that XLA makes one kernel of.
+
+`diffrax.diffeqsolve` does the same with any solver. It writes each sample by a scatter, which keeps its
+loop from being one kernel (four times the time of a small machine), and knows no blocks of samples to hand
+over. Its controllers serve here too.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+# Samples that the loop fills at a time. Members of a batch wait for one another at the end of each block;
+# each step looks at all samples of its block.
+_BLOCK = 16
+# States kept of a block's steps in reverse mode; what lies between is computed again.
+_CHECKPOINTS = 32
+
+
+class Place(NamedTuple):
+    """Where a march is. The next step is tried from `t` to `ahead`; `ended`: no step is short enough.
+    `steps`: tried so far; `inside`: what the interpolation takes of the last step."""
+
+    t: Float[Array, ""]
+    ahead: Float[Array, ""]
+    y: Float[Array, " d"]
+    control: Any
+    ended: Bool[Array, ""]
+    steps: Int[Array, ""]
+    inside: dict[str, Array]
+
+
+class Stepping(NamedTuple):
+    """`end`: the last instant, which a step lands on. `most`: steps, after which the march is given up.
+    `reverse`: whether derivatives are taken in reverse mode, else in forward mode."""
+
+    solver: Any
+    terms: Any
+    args: Any
+    controller: Any
+    end: Float[Array, ""]
+    most: int
+    reverse: bool
+
+    def begin(self, t: Float[Array, ""], y: Float[Array, " d"], step: Any = None) -> Place:
+        """`step`: the first one's length (s); chosen where none is given."""
+        order, solver, terms = self.solver.error_order(self.terms), self.solver, self.terms
+        ahead, control = self.controller.init(
+            terms, t, self.end, y, step, self.args, solver.func, order
+        )
+        still = dict(t0=t, t1=t) | solver.at_rest(y)
+        none = jnp.zeros((), int)
+        control = jax.tree.map(jnp.asarray, control)
+        return Place(t, jnp.minimum(ahead, self.end), y, control, none > 0, none, still)
+
+    def attempt(self, at: Place) -> Place:
+        """One step, kept or tried again shorter."""
+        y, error, inside, _, _ = self.solver.step(
+            self.terms, at.t, at.ahead, at.y, self.args, None, False
+        )
+        error = jnp.where(jnp.isnan(error), jnp.inf, error)
+        order = self.solver.error_order(self.terms)
+        kept, t, ahead, _, control, outcome = self.controller.adapt_step_size(
+            at.t, at.ahead, at.y, y, self.args, error, order, at.control
+        )
+        t = jnp.minimum(t, self.end)
+        # no last step that is too short for the clock
+        near = jax.lax.stop_gradient(self.end) * (1 - 100 * 2.0**-52)
+        landing = jnp.where(kept, self.end, t + 0.5 * (self.end - t))
+        ahead = jnp.where(ahead > near, landing, ahead)
+        inside = dict(t0=at.t, t1=at.ahead) | inside
+        steps = at.steps + 1
+        ended = (outcome != diffrax.RESULTS.successful) | (steps >= self.most)
+        y, inside = jax.tree.map(lambda new, old: jnp.where(kept, new, old), (y, inside), (at.y, at.inside))
+        return Place(t, ahead, y, jax.tree.map(jnp.asarray, control), ended, steps, inside)
+
+    def through(
+        self, at: Place, samples: Float[Array, " m"]
+    ) -> tuple[Place, Float[Array, "m d"]]:
+        """The states at `samples`, all behind those before; NaN from where the march ended."""
+
+        def states(inside):
+            return jax.vmap(self.solver.interpolation_cls(**inside).evaluate)(samples)
+
+        def body(carry):
+            at, ys = carry
+            now = self.attempt(at)
+            # the last step's samples; that of a step which was not kept has had them
+            new = (at.t < samples) & (samples <= now.t)
+            return now, jnp.where(new[:, None], states(now.inside), ys)
+
+        def going(carry):
+            return ~carry[0].ended & (carry[0].t < samples[-1])
+
+        ys = jnp.where((samples <= at.t)[:, None], states(at.inside), jnp.nan)
+        kind: Any = dict(kind="checkpointed", checkpoints=_CHECKPOINTS)
+        if not self.reverse:
+            kind = dict(kind="lax")
+        return eqxi.while_loop(going, body, (at, ys), **kind)
+
+    def march(
+        self,
+        at: Place,
+        samples: Float[Array, " n"],
+        told: Callable[[Float[Array, " b"], Float[Array, "b d"]], None] | None = None,
+        parts: int = 1,
+    ) -> tuple[Place, Float[Array, "n d"]]:
+        """`told`: called in the traced loop at the end of each of `parts` with its samples."""
+        n = samples.shape[0]
+        block = min(_BLOCK, n)
+        parts = min(parts, -(-n // block))
+        length = -(-n // (block * parts))  # blocks in a part
+        # beyond the end the last sample is filled again and again
+        index = np.minimum(np.arange(parts * length * block), n - 1)
+        through = jax.checkpoint(self.through) if self.reverse else self.through
+
+        def part(at, samples):
+            at, ys = jax.lax.scan(through, at, samples)
+            if told is not None:
+                told(samples.ravel(), ys.reshape(-1, ys.shape[-1]))
+            return at, ys
+
+        at, ys = jax.lax.scan(part, at, samples[index].reshape(parts, length, block))
+        return at, ys.reshape(-1, ys.shape[-1])[:n]
