@@ -9,16 +9,17 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import diffrax
-import equinox as eqx
 import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from .progress import PARTS
+
 # Samples that the loop fills at a time. Members of a batch wait for one another at the end of each block;
 # each step looks at all samples of its block.
-_BLOCK = 16
+_BLOCK = 8
 # States kept of a block's steps in reverse mode; what lies between is computed again.
 _CHECKPOINTS = 32
 
@@ -108,23 +109,27 @@ class Stepping(NamedTuple):
         self,
         at: Place,
         samples: Float[Array, " n"],
-        told: Callable[[Float[Array, " b"], Float[Array, "b d"]], None] | None = None,
-        parts: int = 1,
+        told: Callable[[Array, Array, Array], None] | None = None,
     ) -> tuple[Place, Float[Array, "n d"]]:
-        """`told`: called in the traced loop at the end of each of `parts` with its samples."""
+        """`told`: called in the traced loop at the end of each part, with its last instant, its states and
+        which of them are samples."""
         n = samples.shape[0]
         block = min(_BLOCK, n)
-        parts = min(parts, -(-n // block))
-        length = -(-n // (block * parts))  # blocks in a part
+        blocks = -(-n // block)
+        length = blocks if told is None else -(-blocks // PARTS)  # in a part
+        parts = -(-blocks // length)
         # beyond the end the last sample is filled again and again
-        index = np.minimum(np.arange(parts * length * block), n - 1)
+        index = np.arange(parts * length * block).reshape(parts, length, block)
         through = jax.checkpoint(self.through) if self.reverse else self.through
 
-        def part(at, samples):
+        def part(at, x):
+            samples, real = x
             at, ys = jax.lax.scan(through, at, samples)
+            ys = ys.reshape(-1, ys.shape[-1])
             if told is not None:
-                told(samples.ravel(), ys.reshape(-1, ys.shape[-1]))
+                told(samples[-1, -1], ys, real.ravel())
             return at, ys
 
-        at, ys = jax.lax.scan(part, at, samples[index].reshape(parts, length, block))
+        xs = (samples[np.minimum(index, n - 1)], jnp.asarray(index < n))
+        at, ys = jax.lax.scan(part, at, xs)
         return at, ys.reshape(-1, ys.shape[-1])[:n]
