@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .controller import adapting
-from .progress import hand_over, handing
+from .progress import hand_over, handing, part_length
 from .rosenbrock import Rosenbrock
 from .stepping import Stepping
 
@@ -145,17 +145,26 @@ def _ticked(run: Any, ticking: Clocks, samples: Array, y0: Array, told: bool):
     sampled = np.arange(times.size) % ticking.refine == 0
 
     def interval(y, x):
-        start, end, now, sample = x
-        y, count = run.to(start, end, y)
-        y = ticking.tick(end, y, now)
+        start, end, now, real = x
+        there, count = run.to(start, end, y)
+        y = jnp.where(real, ticking.tick(end, there, now), y)
+        return y, (y, jnp.where(real, count, 0))
+
+    def part(y, x):
+        xs, sampled = x
+        y, (states, counts) = jax.lax.scan(interval, y, xs)
         if told:
-            hand_over(end, y[None], sample[None])
-        return y, (y, count)
+            hand_over(xs[1][-1], states, sampled)
+        return y, (states, counts)
 
     y0 = ticking.tick(samples[0], y0, due[0])
     if told:
         hand_over(times[0], y0[None], jnp.ones(1, bool))
-    xs = (times[:-1], times[1:], due[1:], jnp.asarray(sampled[1:]))
-    _, (states, counts) = jax.lax.scan(interval, y0, xs)
-    states = jnp.concatenate([y0[None], states])[:: ticking.refine]
-    return states, jnp.sum(counts)
+    count = times.size - 1
+    length = part_length(count) if told else count
+    index = np.arange(-(-count // length) * length).reshape(-1, length)
+    real, at = index < count, np.minimum(index, count - 1)
+    xs = (times[:-1][at], times[1:][at], due[1:][at], jnp.asarray(real))
+    _, (states, counts) = jax.lax.scan(part, y0, (xs, jnp.asarray(sampled[1:][at] & real)))
+    states = states.reshape(-1, y0.size)[:count]
+    return jnp.concatenate([y0[None], states])[:: ticking.refine], jnp.sum(counts)

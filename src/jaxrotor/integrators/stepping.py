@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from .progress import PARTS
+from .progress import part_length
 
 # Samples that the loop fills at a time. Members of a batch wait for one another at the end of each block;
 # each step looks at all samples of its block.
@@ -116,7 +116,7 @@ class Stepping(NamedTuple):
         n = samples.shape[0]
         block = min(_BLOCK, n)
         blocks = -(-n // block)
-        length = blocks if told is None else -(-blocks // PARTS)  # in a part
+        length = blocks if told is None else -(-part_length(n) // block)  # in a part
         parts = -(-blocks // length)
         # beyond the end the last sample is filled again and again
         index = np.arange(parts * length * block).reshape(parts, length, block)
