@@ -14,26 +14,43 @@ from jaxtyping import Array, Float
 def solver_of(matrix: Float[Array, "n n"]) -> Callable[[Float[Array, " n"]], Float[Array, " n"]]:
     """`b -> matrix^-1 b`, for many `b`. Not finite where the matrix is singular.
 
-    Rows are measured by their largest entry, and each column takes the row that is largest in it by that
-    measure: units of the rows do not matter. Rows stay where they are; `order` says which served when.
+    Derivatives are those of the equations: the elimination itself is not differentiated.
     """
-    n = matrix.shape[0]
-    index = jnp.arange(n)
-    size = jax.lax.stop_gradient(jnp.max(jnp.abs(matrix), axis=1))
+    found, order, rank = _eliminate(jax.lax.stop_gradient(matrix))
 
-    def eliminate(carry, k):
-        rest, free = carry
+    def solve(_, right):
+        return (found @ right[order])[order]
+
+    def transposed(_, right):
+        return (right[rank] @ found)[rank]
+
+    return lambda right: jax.lax.custom_linear_solve(
+        lambda x: matrix @ x, right, solve, transposed
+    )
+
+
+def _eliminate(matrix: Float[Array, "n n"]) -> tuple[Array, Array, Array]:
+    """The inverse as it lies when rows and columns stay where they are; which row served each column, and
+    which column each row served.
+
+    A column takes the row that is largest in it, each measured by its own largest entry: units of the rows
+    do not matter.
+    """
+    index = jnp.arange(matrix.shape[0])
+    size = jnp.max(jnp.abs(matrix), axis=1)
+
+    def column(carry, k):
+        rest, free, rank = carry
         column = jax.lax.dynamic_index_in_dim(rest, k, 1, keepdims=False)
-        # free is the scale of rows that have not served, and zero for the others
-        p = jnp.argmax(jnp.abs(jax.lax.stop_gradient(column)) * free)
+        p = jnp.argmax(jnp.abs(column) * free)
         row = jax.lax.dynamic_index_in_dim(rest, p, 0, keepdims=False)
-        pivot = jax.lax.dynamic_index_in_dim(row, k, 0, keepdims=False)
-        row = jnp.where(index == k, 1.0, row) / pivot
+        row = jnp.where(index == k, 1.0, row) / row[k]
         served = index == p
         rest = jnp.where(index == k, 0.0, rest) - column[:, None] * row
         rest = jnp.where(served[:, None], row, rest)
-        return (rest, jnp.where(served, 0.0, free)), p
+        # a row that has served is not taken again
+        return (rest, jnp.where(served, 0.0, free), jnp.where(served, k, rank)), p
 
     scale = 1.0 / jnp.where(size > 0, size, 1.0)
-    (found, _), order = jax.lax.scan(eliminate, (matrix, scale), index)
-    return lambda right: (found @ right[order])[order]
+    (found, _, rank), order = jax.lax.scan(column, (matrix, scale, jnp.zeros_like(index)), index)
+    return found, order, rank
