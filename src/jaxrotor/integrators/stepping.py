@@ -9,19 +9,17 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import diffrax
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from .progress import part_length
+from .replay import replayed_while_loop
 
 # Samples that the loop fills at a time. Members of a batch wait for one another at the end of each block;
 # each step looks at all samples of its block.
 _BLOCK = 8
-# States kept of a block's steps in reverse mode; what lies between is computed again.
-_CHECKPOINTS = 32
 
 
 class Place(NamedTuple):
@@ -100,10 +98,8 @@ class Stepping(NamedTuple):
             return ~carry[0].ended & (carry[0].t < samples[-1])
 
         ys = jnp.where((samples <= at.t)[:, None], states(at.inside), jnp.nan)
-        kind: Any = dict(kind="checkpointed", checkpoints=_CHECKPOINTS)
-        if not self.reverse:
-            kind = dict(kind="lax")
-        return eqxi.while_loop(going, body, (at, ys), **kind)
+        loop = replayed_while_loop if self.reverse else jax.lax.while_loop
+        return loop(going, body, (at, ys))
 
     def march(
         self,
@@ -120,11 +116,9 @@ class Stepping(NamedTuple):
         parts = -(-blocks // length)
         # beyond the end the last sample is filled again and again
         index = np.arange(parts * length * block).reshape(parts, length, block)
-        through = jax.checkpoint(self.through) if self.reverse else self.through
-
         def part(at, x):
             samples, real = x
-            at, ys = jax.lax.scan(through, at, samples)
+            at, ys = jax.lax.scan(self.through, at, samples)
             ys = ys.reshape(-1, ys.shape[-1])
             if told is not None:
                 told(samples[-1, -1], ys, real.ravel())
