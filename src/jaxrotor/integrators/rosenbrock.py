@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from . import rodas5p as tableau
-from .elimination import solver_of
+from .elimination import inverse
 
 Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]
@@ -86,31 +86,33 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
         made_jump: Any,
     ) -> tuple[Array, Array, dict[str, Any], None, diffrax.RESULTS]:
         h = jnp.asarray(t1 - t0)
-        n = len(args.layout.free)
         d = y0.shape[0]
 
         def field(ty: Array) -> Array:
             return terms.vf(ty[0], ty[1:], args)  # pyright: ignore[reportReturnType]
 
+        _, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t0)[None], y0]))
         # One tangent after another: side by side their products would be a library's, and several times
-        # slower at the size of a machine.
-        first, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t0)[None], y0]))
-        slopes = jax.lax.map(tangent, jnp.eye(d + 1))
-        by_time, J = slopes[0], slopes[1:].T
-        solve = _eliminated(J, h, n)
+        # slower at the size of a machine. They are not differentiated: what derivatives a stage has are those
+        # of its equation.
+        slopes = jax.lax.stop_gradient(jax.lax.map(tangent, jnp.eye(d + 1)))
+        solve = _StageEquation(slopes, jax.lax.stop_gradient(h), len(args.layout.free))
 
         # a loop, for the field's program stands in it once
         def stage(increments, row):
             own, A, C, time, share = row
             at = jnp.where(time == 1, t1, t0 + time * h)  # the sum may round onto a jump behind t1
             value: Any = terms.vf(at, y0 + A @ increments, args)
-            found = solve(value + C @ increments / h + share * h * by_time)
-            return increments + own[:, None] * found, None  # a scatter would split the kernel
+            right = jnp.concatenate([(share * h)[None], value + C @ increments / h])
 
-        began = solve(first + tableau.DT[0] * h * by_time)
-        increments = jnp.concatenate([began[None], jnp.zeros((7, d))])
+            def left(x):
+                return jnp.concatenate([x[:1], x[1:] / (tableau.GAMMA * h) - tangent(x)])
+
+            found = jax.lax.custom_linear_solve(left, right, solve, solve.transposed)
+            return increments + own[:, None] * found[1:], None  # a scatter would split the kernel
+
         rows = (np.eye(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
-        increments, _ = jax.lax.scan(stage, increments, jax.tree.map(lambda x: x[1:], rows))
+        increments, _ = jax.lax.scan(stage, jnp.zeros((8, d)), rows)
         y1 = y0 + tableau.A[7] @ increments + increments[7]
         # row by row: a product of two matrices would be a library's, and split the kernel
         bend = jnp.stack([row @ increments for row in tableau.DENSE])
@@ -118,18 +120,33 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
         return y1, increments[7], dense, None, diffrax.RESULTS.successful
 
 
-def _eliminated(J: Float[Array, "d d"], h: Array, n: int) -> Callable[[Array], Array]:
-    """`(1/(gamma h) - J)^-1`, where the first n rows of J say `u' = s`, s the next n entries."""
-    g = tableau.GAMMA * h
-    lower = J[n:]
-    stiff, rest = lower[:, :n], lower[:, n:]
-    size = rest.shape[1]
-    matrix = jnp.eye(size) / g - rest - g * jnp.pad(stiff, ((0, 0), (0, size - n)))
-    rates = solver_of(matrix)
+class _StageEquation:
+    """Solves `k/(gamma h) - J k - s df/dt = b` for k, where s is known: for `(s, k)`, given `(s, b)`.
 
-    def solve(right):
-        first, others = right[:n], right[n:]
-        others = rates(others + g * (stiff @ first))
-        return jnp.concatenate([g * (first + others[:n]), others])
+    The first n rows of J say `u' = s`, s the next n entries: what is inverted is of the size of the rates
+    and internal states alone.
+    """
 
-    return solve
+    def __init__(self, slopes: Float[Array, "d+1 d"], h: Array, n: int):
+        """`slopes`: of the field by time, then by each entry of the state."""
+        self.n, self.g, self.by_time = n, tableau.GAMMA * h, slopes[0]
+        lower = slopes[1:, n:].T
+        self.stiff, rest = lower[:, :n], lower[:, n:]
+        size = rest.shape[1]
+        padded = jnp.pad(self.stiff, ((0, 0), (0, size - n)))
+        self.inverse = inverse(jnp.eye(size) / self.g - rest - self.g * padded)
+
+    def __call__(self, _, right: Array) -> Array:
+        n, g = self.n, self.g
+        b = right[1:] + right[0] * self.by_time
+        first = b[:n]
+        others = self.inverse @ (b[n:] + g * (self.stiff @ first))
+        return jnp.concatenate([right[:1], g * (first + others[:n]), others])
+
+    def transposed(self, _, right: Array) -> Array:
+        n, g = self.n, self.g
+        first, others = right[1 : n + 1], right[n + 1 :]
+        others = (others + g * jnp.pad(first, (0, others.size - n))) @ self.inverse
+        first = g * (first + others @ self.stiff)
+        b = jnp.concatenate([first, others])
+        return jnp.concatenate([right[:1] + b @ self.by_time, b])
