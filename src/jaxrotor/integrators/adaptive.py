@@ -94,7 +94,9 @@ class _Stepped(NamedTuple):
             _MOST_STEPS,
             not isinstance(self.adjoint, diffrax.ForwardMode),
         )
-        at = stepping.begin(samples[0], y, self.step)
+        # a first step that is too long is tried again, a fifth of it
+        first = samples[1] - samples[0] if self.step is None else self.step
+        at = stepping.begin(samples[0], y, jax.lax.stop_gradient(first))
         at, states = stepping.march(at, samples, hand_over if told else None)
         return states, at.steps
 

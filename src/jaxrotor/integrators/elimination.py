@@ -22,7 +22,7 @@ def inverse(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
     def column(carry, k):
         rest, free = carry
         column = jax.lax.dynamic_index_in_dim(rest, k, 1, keepdims=False)
-        p = jnp.argmax(jnp.abs(column) * free)
+        p = jnp.argmax(jnp.where(free > 0, jnp.abs(column) * free, -1.0))
         row = jax.lax.dynamic_index_in_dim(rest, p, 0, keepdims=False)
         row = jnp.where(index == k, 1.0, row) / row[k]
         served = index == p

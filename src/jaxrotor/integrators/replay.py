@@ -11,7 +11,7 @@ from jax import lax
 
 # Passes whose states are kept at a time. A longer loop is gone through from its beginning for each such
 # part of it.
-_KEPT = 256
+_KEPT = 64
 
 
 def replayed_while_loop(
@@ -40,7 +40,9 @@ def replayed_while_loop(
         body, going, start = eqx.combine(given, static)
         smooth_body, rest_body = eqx.partition(body, eqx.is_inexact_array)
         smooth_start, rest_start = eqx.partition(start, eqx.is_inexact_array)
-        pulled = jax.tree.map(lambda x, p: None if x is None else p, smooth_start, pulled, is_leaf=_none)
+        pulled = jax.tree.map(
+            lambda x, p: None if x is None else p, smooth_start, pulled, is_leaf=_none
+        )
 
         def part(carry):
             """The passes from `first` on, at most `kept`, the last part of the loop first."""
@@ -61,7 +63,9 @@ def replayed_while_loop(
 
             def back(c):
                 i, pulled, by_body = c
-                at = jax.tree.map(lambda x: lax.dynamic_index_in_dim(x, i - first, 0, False), states)
+                at = jax.tree.map(
+                    lambda x: lax.dynamic_index_in_dim(x, i - first, 0, False), states
+                )
                 smooth, rest = eqx.partition(at, eqx.is_inexact_array)
 
                 def smoothly(smooth, body):

@@ -93,10 +93,11 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
 
         _, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t0)[None], y0]))
         # One tangent after another: side by side their products would be a library's, and several times
-        # slower at the size of a machine. They are not differentiated: what derivatives a stage has are those
-        # of its equation.
-        slopes = jax.lax.stop_gradient(jax.lax.map(tangent, jnp.eye(d + 1)))
-        solve = _StageEquation(slopes, jax.lax.stop_gradient(h), len(args.layout.free))
+        # slower at the size of a machine.
+        slopes = jax.lax.map(tangent, jnp.eye(d + 1))
+        # The elimination is not differentiated: what derivatives a stage has are those of its equation.
+        known = jax.lax.stop_gradient((slopes, h))
+        solve = _StageEquation(*known, len(args.layout.free))
 
         # a loop, for the field's program stands in it once
         def stage(increments, row):
@@ -106,7 +107,7 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
             right = jnp.concatenate([(share * h)[None], value + C @ increments / h])
 
             def left(x):
-                return jnp.concatenate([x[:1], x[1:] / (tableau.GAMMA * h) - tangent(x)])
+                return jnp.concatenate([x[:1], x[1:] / (tableau.GAMMA * h) - x @ slopes])
 
             found = jax.lax.custom_linear_solve(left, right, solve, solve.transposed)
             return increments + own[:, None] * found[1:], None  # a scatter would split the kernel

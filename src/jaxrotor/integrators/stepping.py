@@ -47,13 +47,19 @@ class Stepping(NamedTuple):
     most: int
     reverse: bool
 
-    def begin(self, t: Float[Array, ""], y: Float[Array, " d"], step: Any = None) -> Place:
-        """`step`: the first one's length (s); chosen where none is given."""
-        order, solver, terms = self.solver.error_order(self.terms), self.solver, self.terms
+    def begin(self, t: Float[Array, ""], y: Float[Array, " d"], step: Any) -> Place:
+        """`step`: the first one's length (s), where the controller chooses those that follow."""
         ahead, control = self.controller.init(
-            terms, t, self.end, y, step, self.args, solver.func, order
+            self.terms,
+            t,
+            self.end,
+            y,
+            step,
+            self.args,
+            self.solver.func,
+            self.solver.error_order(self.terms),
         )
-        still = dict(t0=t, t1=t) | solver.at_rest(y)
+        still = dict(t0=t, t1=t) | self.solver.at_rest(y)
         none = jnp.zeros((), int)
         control = jax.tree.map(jnp.asarray, control)
         return Place(t, jnp.minimum(ahead, self.end), y, control, none > 0, none, still)
@@ -76,12 +82,12 @@ class Stepping(NamedTuple):
         inside = dict(t0=at.t, t1=at.ahead) | inside
         steps = at.steps + 1
         ended = (outcome != diffrax.RESULTS.successful) | (steps >= self.most)
-        y, inside = jax.tree.map(lambda new, old: jnp.where(kept, new, old), (y, inside), (at.y, at.inside))
+        y, inside = jax.tree.map(
+            lambda new, old: jnp.where(kept, new, old), (y, inside), (at.y, at.inside)
+        )
         return Place(t, ahead, y, jax.tree.map(jnp.asarray, control), ended, steps, inside)
 
-    def through(
-        self, at: Place, samples: Float[Array, " m"]
-    ) -> tuple[Place, Float[Array, "m d"]]:
+    def through(self, at: Place, samples: Float[Array, " m"]) -> tuple[Place, Float[Array, "m d"]]:
         """The states at `samples`, all behind those before; NaN from where the march ended."""
 
         def states(inside):
@@ -116,6 +122,7 @@ class Stepping(NamedTuple):
         parts = -(-blocks // length)
         # beyond the end the last sample is filled again and again
         index = np.arange(parts * length * block).reshape(parts, length, block)
+
         def part(at, x):
             samples, real = x
             at, ys = jax.lax.scan(self.through, at, samples)
