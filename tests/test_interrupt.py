@@ -60,7 +60,10 @@ def test_the_samples_so_far(stopped, solver, held):
         attachments=LOADS | (HELD if held else {}),
     )
     asked = dict(t_end=0.5, sample_rate=1e3, initial="undeformed", speed=200.0)
-    asked |= dict(step=1e-3) if solver == "adams" else dict(solver=jr.Rosenbrock())
+    if solver == "adams":
+        asked |= dict(step=1e-3)
+    else:  # whose parts are longer
+        asked |= dict(solver=jr.Rosenbrock(), sample_rate=8e3)
     with pytest.raises(
         jr.SimulationInterrupted, match=r"stopped at t = 0\.\d+ s of 0\.5 s"
     ) as caught:
@@ -68,7 +71,7 @@ def test_the_samples_so_far(stopped, solver, held):
     kept = caught.value.response
     whole = jr.simulate(machine, **asked, progress=False)
     n = len(kept.t)
-    assert 18 < n < 400
+    assert 18 < n < 0.8 * len(whole.t)
     np.testing.assert_array_equal(kept.t, whole.t[:n])
     np.testing.assert_allclose(kept.y, whole.y[:n], rtol=1e-9, atol=1e-12)
     assert kept.stats["solver"] == whole.stats["solver"]

@@ -1,6 +1,6 @@
 """Any solver of diffrax, its step adapted, through given samples and known jumps."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import diffrax
 import jax
@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .controller import adapting
-from .progress import hand_over, handing
+from .progress import hand_over, handing, part_length
+from .rosenbrock import Rosenbrock
+from .stepping import Stepping
 
 _MOST_STEPS = 2**22
 
@@ -54,49 +56,117 @@ def adaptive_samples(
         controller = diffrax.ClipStepSizeController(
             controller, jump_ts=jnp.sort(jnp.where(inside, jumps, samples[-1] + 1.0))
         )
-    options: dict[str, Any] = {} if adjoint is None else dict(adjoint=adjoint)
     # a function of its own within the program: solver and adjoint go through their loops many times
     field = jax.jit(terms.vf)
     terms = diffrax.ODETerm(lambda t, y, args: field(t, y, args))  # pyright: ignore
+    if isinstance(solver, Rosenbrock) and isinstance(adjoint, _OUR_ADJOINTS):
+        run: Any = _Stepped(solver, terms, controller, step, args, adjoint)
+    else:
+        run = _Solved(solver, terms, controller, step, args, adjoint)
+    if ticking is None:
+        states, steps = run.through(samples, y0, told)
+    else:  # afresh from one instant of the grid to the next
+        states, steps = _ticked(run, ticking, samples, y0, told)
+    return jnp.where(jnp.isfinite(states), states, jnp.nan), steps
 
-    def solve(start, end, y, saveat):
-        return diffrax.diffeqsolve(
-            terms,
-            solver,
+
+# Those whose derivatives the stiff solver's own loop takes.
+_OUR_ADJOINTS = (type(None), diffrax.ForwardMode, diffrax.RecursiveCheckpointAdjoint)
+
+
+class _Stepped(NamedTuple):
+    """By a loop of our own."""
+
+    solver: Any
+    terms: Any
+    controller: Any
+    step: Any
+    args: Any
+    adjoint: Any
+
+    def through(self, samples: Array, y: Array, told: bool = False) -> tuple[Array, Array]:
+        stepping = Stepping(
+            self.solver,
+            self.terms,
+            self.args,
+            self.controller.wrap(1),
+            samples[-1],
+            _MOST_STEPS,
+            not isinstance(self.adjoint, diffrax.ForwardMode),
+        )
+        # a first step that is too long is tried again, a fifth of it
+        first = samples[1] - samples[0] if self.step is None else self.step
+        at = stepping.begin(samples[0], y, jax.lax.stop_gradient(first))
+        at, states = stepping.march(at, samples, hand_over if told else None)
+        return states, at.steps
+
+    def to(self, start: Array, end: Array, y: Array) -> tuple[Array, Array]:
+        states, steps = self.through(jnp.stack([start, end]), y)
+        return states[1], steps
+
+
+class _Solved(NamedTuple):
+    """By diffrax."""
+
+    solver: Any
+    terms: Any
+    controller: Any
+    step: Any
+    args: Any
+    adjoint: Any
+
+    def _solve(self, start, end, y, saveat):
+        options: dict[str, Any] = {} if self.adjoint is None else dict(adjoint=self.adjoint)
+        solution = diffrax.diffeqsolve(
+            self.terms,
+            self.solver,
             start,
             end,
-            step,
+            self.step,
             y,
-            args,
+            self.args,
             saveat=saveat,
-            stepsize_controller=controller,
+            stepsize_controller=self.controller,
             max_steps=_MOST_STEPS,
             throw=False,
             **options,
         )
+        return solution.ys, solution.stats["num_steps"]
 
-    if ticking is None:
+    def through(self, samples: Array, y: Array, told: bool = False) -> tuple[Array, Array]:
         saved: dict[str, Any] = dict(fn=handing) if told else {}
-        solution = solve(samples[0], samples[-1], y0, diffrax.SaveAt(ts=samples, **saved))
-        states, steps = solution.ys, solution.stats["num_steps"]
-    else:  # afresh from one instant of the grid to the next
-        times, due = ticking.fine(samples), jnp.asarray(ticking.due)
+        return self._solve(samples[0], samples[-1], y, diffrax.SaveAt(ts=samples, **saved))
 
-        sampled = np.arange(times.size) % ticking.refine == 0
+    def to(self, start: Array, end: Array, y: Array) -> tuple[Array, Array]:
+        states, steps = self._solve(start, end, y, diffrax.SaveAt(t1=True))
+        return states[0], steps
 
-        def interval(y, x):
-            start, end, now, sample = x
-            solution = solve(start, end, y, diffrax.SaveAt(t1=True))
-            y = ticking.tick(end, solution.ys[0], now)  # pyright: ignore
-            if told:
-                hand_over(end, y[None], sample[None])
-            return y, (y, solution.stats["num_steps"])
 
-        y0 = ticking.tick(samples[0], y0, due[0])
+def _ticked(run: Any, ticking: Clocks, samples: Array, y0: Array, told: bool):
+    times, due = ticking.fine(samples), jnp.asarray(ticking.due)
+    sampled = np.arange(times.size) % ticking.refine == 0
+
+    def interval(y, x):
+        start, end, now, real = x
+        there, count = run.to(start, end, y)
+        y = jnp.where(real, ticking.tick(end, there, now), y)
+        return y, (y, jnp.where(real, count, 0))
+
+    def part(y, x):
+        xs, sampled = x
+        y, (states, counts) = jax.lax.scan(interval, y, xs)
         if told:
-            hand_over(times[0], y0[None], jnp.ones(1, bool))
-        xs = (times[:-1], times[1:], due[1:], jnp.asarray(sampled[1:]))
-        _, (states, counts) = jax.lax.scan(interval, y0, xs)
-        states = jnp.concatenate([y0[None], states])[:: ticking.refine]
-        steps = jnp.sum(counts)
-    return jnp.where(jnp.isfinite(states), states, jnp.nan), steps  # pyright: ignore
+            hand_over(xs[1][-1], states, sampled)
+        return y, (states, counts)
+
+    y0 = ticking.tick(samples[0], y0, due[0])
+    if told:
+        hand_over(times[0], y0[None], jnp.ones(1, bool))
+    count = times.size - 1
+    length = part_length(count) if told else count
+    index = np.arange(-(-count // length) * length).reshape(-1, length)
+    real, at = index < count, np.minimum(index, count - 1)
+    xs = (times[:-1][at], times[1:][at], due[1:][at], jnp.asarray(real))
+    _, (states, counts) = jax.lax.scan(part, y0, (xs, jnp.asarray(sampled[1:][at] & real)))
+    states = states.reshape(-1, y0.size)[:count]
+    return jnp.concatenate([y0[None], states])[:: ticking.refine], jnp.sum(counts)

@@ -18,6 +18,8 @@ from tqdm import tqdm
 _TWO_SECONDS = 160_000
 # Parts of a run, each of which is handed over when it is done.
 PARTS = 200
+# Samples that a part has at least where a run may be quick: handing over takes as long as ten steps.
+_PART = 64
 # Seconds of compiling that go without a word.
 _COMPILING = 3.0
 # Seconds between two looks at a bar, and between two lines.
@@ -130,6 +132,11 @@ def _stop() -> bool:
         logging.getLogger("jax").setLevel(logging.CRITICAL + 1)
         return bool(run.parts)
     return _ended
+
+
+def part_length(samples: int) -> int:
+    """Samples in a part of a run that nobody knows the length of beforehand."""
+    return max(_PART, -(-samples // PARTS))
 
 
 def hand_over(instant, states, sampled) -> None:

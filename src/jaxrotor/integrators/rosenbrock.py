@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from . import rodas5p as tableau
+from .elimination import inverse
 
 Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]
@@ -61,6 +62,10 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
     ) -> None:
         return None
 
+    def at_rest(self, y: Vector) -> dict[str, Array]:
+        """What the state within a step is told by, of a step that goes nowhere."""
+        return dict(y0=y, y1=y, bend=jnp.zeros((3, y.shape[0])))
+
     def func(
         self,
         terms: Terms,
@@ -81,44 +86,68 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
         made_jump: Any,
     ) -> tuple[Array, Array, dict[str, Any], None, diffrax.RESULTS]:
         h = jnp.asarray(t1 - t0)
-        n = len(args.layout.free)
         d = y0.shape[0]
 
-        def field(ty: Array):
-            value: Any = terms.vf(ty[0], ty[1:], args)
-            return value, value
+        def field(ty: Array) -> Array:
+            return terms.vf(ty[0], ty[1:], args)  # pyright: ignore[reportReturnType]
 
-        J, first = jax.jacfwd(field, has_aux=True)(jnp.concatenate([jnp.asarray(t0)[None], y0]))
-        solve = _eliminated(J[:, 1:], h, n)
+        _, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t0)[None], y0]))
+        # One tangent after another: side by side their products would be a library's, and several times
+        # slower at the size of a machine.
+        slopes = jax.lax.map(tangent, jnp.eye(d + 1))
+        # The elimination is not differentiated: what derivatives a stage has are those of its equation.
+        known = jax.lax.stop_gradient((slopes, h))
+        solve = _StageEquation(*known, len(args.layout.free))
 
         # a loop, for the field's program stands in it once
         def stage(increments, row):
-            i, A, C, time, share = row
+            own, A, C, time, share = row
             at = jnp.where(time == 1, t1, t0 + time * h)  # the sum may round onto a jump behind t1
             value: Any = terms.vf(at, y0 + A @ increments, args)
-            found = solve(value + C @ increments / h + share * h * J[:, 0])
-            return increments.at[i].set(found), None
+            right = jnp.concatenate([(share * h)[None], value + C @ increments / h])
 
-        increments = jnp.zeros((8, d)).at[0].set(solve(first + tableau.DT[0] * h * J[:, 0]))
-        rows = (np.arange(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
-        increments, _ = jax.lax.scan(stage, increments, jax.tree.map(lambda x: x[1:], rows))
+            def left(x):
+                return jnp.concatenate([x[:1], x[1:] / (tableau.GAMMA * h) - x @ slopes])
+
+            found = jax.lax.custom_linear_solve(left, right, solve, solve.transposed)
+            return increments + own[:, None] * found[1:], None  # a scatter would split the kernel
+
+        rows = (np.eye(8), tableau.A, tableau.C, tableau.TIMES, tableau.DT)
+        increments, _ = jax.lax.scan(stage, jnp.zeros((8, d)), rows)
         y1 = y0 + tableau.A[7] @ increments + increments[7]
-        dense = dict(y0=y0, y1=y1, bend=tableau.DENSE @ increments)
+        # row by row: a product of two matrices would be a library's, and split the kernel
+        bend = jnp.stack([row @ increments for row in tableau.DENSE])
+        dense = dict(y0=y0, y1=y1, bend=bend)
         return y1, increments[7], dense, None, diffrax.RESULTS.successful
 
 
-def _eliminated(J: Float[Array, "d d"], h: Array, n: int) -> Callable[[Array], Array]:
-    """`(1/(gamma h) - J)^-1`, where the first n rows of J say `u' = s`, s the next n entries."""
-    g = tableau.GAMMA * h
-    lower = J[n:]
-    stiff, rest = lower[:, :n], lower[:, n:]
-    size = rest.shape[1]
-    matrix = jnp.eye(size) / g - rest - g * jnp.pad(stiff, ((0, 0), (0, size - n)))
-    inverse = jnp.linalg.inv(matrix)
+class _StageEquation:
+    """Solves `k/(gamma h) - J k - s df/dt = b` for k, where s is known: for `(s, k)`, given `(s, b)`.
 
-    def solve(right):
-        first, others = right[:n], right[n:]
-        others = inverse @ (others + g * (stiff @ first))
-        return jnp.concatenate([g * (first + others[:n]), others])
+    The first n rows of J say `u' = s`, s the next n entries: what is inverted is of the size of the rates
+    and internal states alone.
+    """
 
-    return solve
+    def __init__(self, slopes: Float[Array, "d+1 d"], h: Array, n: int):
+        """`slopes`: of the field by time, then by each entry of the state."""
+        self.n, self.g, self.by_time = n, tableau.GAMMA * h, slopes[0]
+        lower = slopes[1:, n:].T
+        self.stiff, rest = lower[:, :n], lower[:, n:]
+        size = rest.shape[1]
+        padded = jnp.pad(self.stiff, ((0, 0), (0, size - n)))
+        self.inverse = inverse(jnp.eye(size) / self.g - rest - self.g * padded)
+
+    def __call__(self, _, right: Array) -> Array:
+        n, g = self.n, self.g
+        b = right[1:] + right[0] * self.by_time
+        first = b[:n]
+        others = self.inverse @ (b[n:] + g * (self.stiff @ first))
+        return jnp.concatenate([right[:1], g * (first + others[:n]), others])
+
+    def transposed(self, _, right: Array) -> Array:
+        n, g = self.n, self.g
+        first, others = right[1 : n + 1], right[n + 1 :]
+        others = (others + g * jnp.pad(first, (0, others.size - n))) @ self.inverse
+        first = g * (first + others @ self.stiff)
+        b = jnp.concatenate([first, others])
+        return jnp.concatenate([right[:1] + b @ self.by_time, b])

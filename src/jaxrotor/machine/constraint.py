@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.protocol import AbstractInertia, Vec6
@@ -27,17 +28,22 @@ def held_acceleration(
     def response(direction: Vec6) -> tuple[Vec6, Vec6]:
         return jax.jvp(lambda F: element.acceleration(q, v, F), (Q,), (direction,))
 
-    index = jnp.array(held)
     # one trace for both: the acceleration of the free body, and what each reaction adds to it
-    free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[index])
-    reaction = _solve(columns[index], given - free[index])
-    acceleration = (free + columns @ reaction).at[index].set(given)
-    return acceleration, jnp.zeros(6).at[index].set(reaction)
+    free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[np.array(held)])
+    at_held = [columns[i] for i in held], [given[k] - free[i] for k, i in enumerate(held)]
+    reaction = _solve(*at_held)
+    moved = free + sum(columns[:, k] * r for k, r in enumerate(reaction))
+    # row by row: a scatter would keep a loop around it from being one kernel
+    acceleration = [given[held.index(i)] if i in held else moved[i] for i in range(6)]
+    zero = jnp.zeros_like(moved[0])
+    return jnp.stack(acceleration), jnp.stack(
+        [reaction[held.index(i)] if i in held else zero for i in range(6)]
+    )
 
 
-def _solve(matrix: Float[Array, "k k"], right: Float[Array, " k"]) -> Float[Array, " k"]:
+def _solve(matrix: list[Array], right: list[Array]) -> list[Array]:
     """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this."""
-    k = right.shape[0]
+    k = len(right)
     # apart, so that a reader of the program sees what of it depends on the motion (linear/degree.py)
     rows, sides = [matrix[i] for i in range(k)], [right[i] for i in range(k)]
     for i in range(k):  # symmetric and positive definite up to scaling: no pivoting needed
@@ -47,4 +53,4 @@ def _solve(matrix: Float[Array, "k k"], right: Float[Array, " k"]) -> Float[Arra
             if j != i:
                 factor = rows[j][i]
                 rows[j], sides[j] = rows[j] - factor * rows[i], sides[j] - factor * sides[i]
-    return jnp.stack(sides)
+    return sides

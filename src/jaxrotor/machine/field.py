@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, turning_lead_rates, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
+from .picked import picked
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System
 
@@ -94,8 +95,7 @@ def _flat_rates(s: Array, ev: "Evaluation", system: System, reference: Reference
     a = _add_spin(ev.a[:, : n // 6], -reference[2], system).ravel()
     rates = s.ravel()
     if len(free) < n:
-        index = np.array(free, dtype=int)
-        a, rates = a[index], rates[index]
+        a, rates = picked(a, free), picked(rates, free)
     return _join(rates, a, ev.rates)
 
 
@@ -173,9 +173,7 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
             spin = spin * system.turn[np.array([p % layout.n_mass for p in held])]
         at = np.argsort(np.array([*layout.free, *held]))
         u, s = (
-            jnp.concatenate([x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]])[
-                at
-            ]
+            picked(_join(x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]), at)
             for i, x in enumerate((u, s))
         )
     return u.reshape(6, n // 6), s.reshape(6, n // 6), z
@@ -257,7 +255,7 @@ def _evaluate(
 
 def _act(t, actor: Actor, N: Array, V: Array, z: Array):
     """Forces of one stacked force law: a list of (6, members), one for each end, with its nodes."""
-    motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)
+    motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
     states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0])) if _has_state(actor) else None
     time, axes = _clock(t, actor), (-1, None if actor.late is None else -1, -1, -1)
     forces = jax.vmap(lambda e, t, m, s: e.forces(t, m, s), in_axes=axes, out_axes=-1)(
@@ -273,13 +271,6 @@ def _clock(t, actor: Actor) -> Array:
 
 def _has_state(actor: Actor) -> bool:
     return actor.states[1] > actor.states[0]
-
-
-def _take(x: Array, nodes: tuple[int, ...]) -> Array:
-    """Columns; a slice where they stand side by side, for it fuses."""
-    if nodes == tuple(range(nodes[0], nodes[0] + len(nodes))):
-        return x[:, nodes[0] : nodes[0] + len(nodes)]
-    return x[:, np.array(nodes)]
 
 
 def _gather(Q: Array, extra: list, count: int) -> Array:
@@ -325,8 +316,8 @@ def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
         A = jnp.concatenate([A, system.given(t, reference)[2]], axis=1)
     out = []
     for actor in stateful:
-        motions = tuple((_take(N, nodes), _take(V, nodes)) for nodes in actor.nodes)
-        accelerations = tuple(_take(A, nodes) for nodes in actor.nodes)
+        motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
+        accelerations = tuple(picked(A, nodes) for nodes in actor.nodes)
         axes = (-1, None if actor.late is None else -1, -1, -1, -1)
         states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0]))
         out.append(

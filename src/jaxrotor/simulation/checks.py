@@ -94,12 +94,13 @@ def initial_speed(machine: Machine, initial: Any, speed: Any) -> Float[Array, ""
                     f"initial.{name} must have shape {shape} (stations, coordinates), but has "
                     f"{jnp.shape(getattr(initial, name))}"
                 )
-        count = assemble(machine).n_states()
-        if initial.internal is not None and jnp.shape(initial.internal) != (count,):
-            raise InputError(
-                f"initial.internal must hold {count} numbers, the elements' internal states, but "
-                f"has shape {jnp.shape(initial.internal)}"
-            )
+        if initial.internal is not None:
+            count = assemble(machine).n_states()
+            if jnp.shape(initial.internal) != (count,):
+                raise InputError(
+                    f"initial.internal must hold {count} numbers, the elements' internal states, but "
+                    f"has shape {jnp.shape(initial.internal)}"
+                )
         for name in ("position", "velocity", "internal"):
             value = getattr(initial, name)
             if value is not None and is_concrete(value) and not np.all(np.isfinite(numbers(value))):

@@ -41,7 +41,7 @@ class Segment(eqx.Module):
         area = jnp.pi / 4 * (do - di)
         return area, area / 16 * (do + di)
 
-    def _across(self, s: Any) -> tuple[Array, Array]:
+    def _across(self, s: Any) -> Any:
         shares = np.stack([1 - s, s], axis=-1)
         return shares @ self.diameters, shares @ self.inner_diameters
 
