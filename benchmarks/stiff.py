@@ -3,8 +3,8 @@
 Rodas5P (`jr.Rosenbrock`), Kvaerno5 of diffrax and an exponential method made linear anew at each step, beside
 CVODE (BDF, where scikit-sundae is installed) and SciPy's LSODA and Radau with equations by hand, compiled by
 numba. Each at three tolerances; the error is the largest of the path in the plane, over its size, against
-Rodas5P at 1e-12 (which Radau at 1e-11 confirms). Compiling and running apart, in processor seconds, the best of five. XLA makes one
-kernel of each loop, unless XLA_FLAGS are set.
+Rodas5P at 1e-12 (which Radau at 1e-11 confirms). Compiling and running apart, in processor seconds, the
+best of five. XLA makes one kernel of each loop, unless XLA_FLAGS are set.
 
     python benchmarks/stiff.py [rows that begin so ...]
 """

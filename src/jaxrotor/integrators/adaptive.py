@@ -131,7 +131,8 @@ class _Solved(NamedTuple):
             throw=False,
             **options,
         )
-        return solution.ys, solution.stats["num_steps"]
+        ys: Any = solution.ys
+        return ys, solution.stats["num_steps"]
 
     def through(self, samples: Array, y: Array, told: bool = False) -> tuple[Array, Array]:
         saved: dict[str, Any] = dict(fn=handing) if told else {}

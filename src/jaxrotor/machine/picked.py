@@ -10,7 +10,7 @@ from jaxtyping import Array
 _MOST = 32
 
 
-def picked(x: Array, index: Sequence[int]) -> Array:
+def picked(x: Array, index: Sequence[int] | np.ndarray) -> Array:
     """`x[..., index]`, by slices: the reverse of an indexed read is a scatter, which keeps the loop around it
     from being one kernel."""
     places = np.asarray(index, int)
