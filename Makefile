@@ -26,7 +26,7 @@ matrix: ## the tests on each Python and JAX that is supported, as far as this ma
 	WORKERS=$(WORKERS) PYTEST_ARGS="$(PYTEST_ARGS)" .ci/matrix
 
 benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
-	for name in vector_field startup fitted ladder growth linear campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+	for name in vector_field startup fitted estimates growth linear campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
 
 clean: ## remove the environment and the caches; results stay
 	rm -rf $(VENV) .cache .pytest_cache .ruff_cache

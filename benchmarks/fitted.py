@@ -1,5 +1,5 @@
 """The paper's start-up by the exponentially fitted Adams method, one evaluation a step, on equations
-written by hand: what jaxrotor's own solver could reach.
+written by hand: what jaxrotor's own solver reaches but for its field.
 
 Nothing but the method's bare loop (`jaxrotor.integrators.fitted`) stands between XLA and the equations
 (handwritten.py). Each row is run with XLA's own choice and with one kernel for each loop, in a process of its
@@ -28,14 +28,15 @@ import handwritten
 import jax.numpy as jnp
 import numpy as np
 
-from jaxrotor.integrators.fitted import Ladder, begin, run_blocks
+from jaxrotor.integrators.blocks import blocks_of
+from jaxrotor.integrators.fitted import run_through
 from jaxrotor.integrators.fitted_weights import first_steps
+from jaxrotor.integrators.ladder import ladder_of, rung_speeds
 
 REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_reference.npz"
 SAMPLE, T_END, GRADIENT_END = 1e-3, 10.0, 1.0  # s
 TIMES = np.linspace(0.0, T_END, 10_001)
 ORDERS_AND_STEPS = ((6, 3), (6, 2), (6, 1), (5, 3), (5, 2), (5, 1), (4, 2))  # steps in a sample
-SETS, FITS, BLOCK = 4, 61, 50
 REPEATS = 3
 MAIN = np.array([1, 5])  # rows of its x and y
 SINGLE = "--xla_cpu_multi_thread_eigen=false"
@@ -55,41 +56,27 @@ def linear_part(p, speed):
 
 
 def method(order, substeps, t_end):
-    """`prepare(p)` and `run(p, prepared, t0)`, main's path at the samples, both to be compiled."""
+    """`prepare(p)` and `run(p, prepared)`, main's path at the samples, both to be compiled."""
     h = SAMPLE / substeps
     f = handwritten.field()
     speed_of = handwritten._drive(jnp.sin, jnp.cos, jnp.minimum, jnp.maximum)
-    steps = round(t_end / h)
-    blocks = -(-(steps - order + 1) // BLOCK)
+    blocks = blocks_of(SAMPLE, round(t_end / SAMPLE), substeps, order, jnp.zeros(0))
 
     def prepare(p):
-        speeds = jnp.linspace(0.0, figures.TOP_SPEED, SETS)
+        speeds = rung_speeds(jnp.asarray(figures.TOP_SPEED))
         A = jax.vmap(lambda w: linear_part(p, w))(speeds)
-        fits = jnp.linspace(0.0, figures.TOP_SPEED, FITS)
-        return Ladder.of(speeds, A, jnp.asarray(h), order, 24, speeds=fits)
+        return ladder_of(speeds, A, jnp.asarray(h), order, 24, blocks)
 
-    def run(p, ladder, t0):
+    def run(p, ladder):
         def field(t, y):
             return f(t, y, p)
 
-        def speed(t, y):  # in the middle of the block
-            return speed_of(t + 0.5 * BLOCK * h)[1]
+        def speed(t, y):
+            return speed_of(t)[1]
 
-        y0 = jnp.zeros(48)
-        first, history = begin(field, ladder, t0, y0)
-        rest, _ = run_blocks(
-            field,
-            ladder,
-            speed,
-            t0 + (order - 1) * h,
-            blocks,
-            BLOCK,
-            first[-1],
-            history,
-            lambda y: y[MAIN],
-        )
-        path = jnp.concatenate([y0[None, MAIN], first[:, MAIN], rest])
-        return path[: steps + 1 : substeps]
+        return run_through(
+            field, ladder, blocks, speed, jnp.zeros(48), watch=lambda t, y: y[:, MAIN]
+        ).kept
 
     return prepare, run
 
@@ -120,7 +107,7 @@ def fitted_rows():
             evaluations=round(T_END / SAMPLE * substeps) + first_steps(order).ends.size,
         )
         march = jax.jit(partial(run, fixed))
-        yield f"fitted {order}, h = 1/{substeps} ms", partial(march, ladder, 0.0), known
+        yield f"fitted {order}, h = 1/{substeps} ms", partial(march, ladder), known
 
 
 def peer_rows():
@@ -175,12 +162,12 @@ def gradient_rows():
     p = constants()
 
     def cost(p):
-        return jnp.mean(run(p, prepare(p), 0.0) ** 2) * 1e6
+        return jnp.mean(run(p, prepare(p)) ** 2) * 1e6
 
     ladder = jax.jit(prepare, compiler_options=QUICK)(p)
     calls = dict(
-        run=jax.jit(lambda p: jnp.mean(run(p, ladder, 0.0) ** 2)),
-        unbalance=jax.jit(jax.grad(lambda p: jnp.mean(run(p, ladder, 0.0) ** 2))),
+        run=jax.jit(lambda p: jnp.mean(run(p, ladder) ** 2)),
+        unbalance=jax.jit(jax.grad(lambda p: jnp.mean(run(p, ladder) ** 2))),
         prepared=jax.jit(cost),
         all=jax.jit(jax.grad(cost)),
     )
