@@ -15,6 +15,7 @@ from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import AbstractSensor
+from ..simulation.solver import is_planned, solver_for
 from ..sweeps.cases import Cases, as_cases
 from ..sweeps.checks import check_cases
 from ..sweeps.planning import prescribed_of
@@ -23,6 +24,9 @@ from .once_per_turn import PoincareSamples
 from .poincare import period_of
 from .shaft_angle import TURN
 
+# Of the exponential solver, unless somebody says otherwise: errors decide to which of several motions a run is
+# drawn.
+_TOLERANCE = 1e-6
 # Speeds of a drive that differ by this part of themselves during a run are not constant.
 _CONSTANT = 1e-9
 
@@ -84,7 +88,7 @@ def bifurcation(
     - `samples`: in a turn of the fastest run.
     - `initial`: as for `simulate`: all runs start alike, and each finds the motion that it is drawn to from
       there. Where several motions are stable, other starts find the others: overlay their diagrams.
-    - `options`: those of `jr.sweep`: `solver`, `step`, `rtol`, `atol`, `store`, `resume`, `chunk`, `client`,
+    - `options`: those of `jr.sweep`: `solver`, `step`, `tolerance` (1e-6 if it is planned), `rtol`, `atol`, `store`, `resume`, `chunk`, `client`,
       `progress` (a bar where a person looks on).
 
     All runs are batched by `jr.sweep`, sampled alike and as long as the slowest one needs: over a range of
@@ -111,6 +115,8 @@ def bifurcation(
         "points": PoincareSamples(quantity, shaft, keep, phase),  # pyright: ignore[reportCallIssue]
         "size": PeakValue(quantity, about="mean", start=jnp.asarray(seconds - last)),
     }
+    if is_planned(solver_for(machine, options.get("solver"))) and options.get("step") is None:
+        options.setdefault("tolerance", _TOLERANCE)
     flat = Cases(cases.values, cases.how)
     found = sweep(
         machine, flat, outputs, t_end=seconds, sample_rate=rate, initial=initial, **options

@@ -135,7 +135,7 @@ def ladder_of(
         off = (speeds_of_parts - speeds[at])[:, None, None]
         A, slopes = jnp.concatenate([A, A[at]]), jnp.concatenate([slopes, off * slopes[at]])
     none = Moments(jnp.eye(d)[None], jnp.zeros((1, *regular.mean.shape[1:])))
-    flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), starting)
+    flat = jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), starting)
     every = jax.tree.map(lambda *x: jnp.concatenate(x), regular, flat, none)
 
     turns = turn_of(_about(speeds), h)

@@ -23,7 +23,7 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
 from .plan import Plan, bucket, fewest
-from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed_until, top_speed
+from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed_until
 from .run_error import share_of_peaks
 from .simulation import Simulation, as_simulation, end_or_simulation
 
@@ -206,11 +206,14 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         valid = False
     if not valid:
         raise InputError(f"step must be a Plan or a positive number in s, but is {step!r}")
-    top = 0.0
+    top, forward = 0.0, 1.0
     if all(is_concrete(x) for x in jax.tree.leaves((machine, speed))):
-        top = top_speed(machine, simulation.t_end, speed)[1]
+        given, t_end = prescribed_until(machine, simulation.t_end), simulation.t_end
+        when, top = fastest(given, t_end, speed)
+        forward = _direction(given, when, t_end, speed)
     nan = float("nan")
-    return Plan(bucket(1.0 / rate / float(step)), order, 0.5 * top, top, nan, nan)
+    # no pilot has seen whether forces change fast with the state: two evaluations bear more of that
+    return Plan(bucket(1.0 / rate / float(step)), order, 0.5 * forward * top, top, nan, nan, 2)
 
 
 def unresolved(machine: Machine, plan: Plan, t_end: float, interval: float) -> bool:

@@ -12,12 +12,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from ..integrators.adaptive import adaptive_samples
-from ..integrators.blocks import Blocks, blocks_of
+from ..integrators.blocks import LENGTH, Blocks, blocks_of
 from ..integrators.defect import Defect
 from ..integrators.exponential import ETD4RK, AbstractExponential, ExponentialAdams
 from ..integrators.fitted import Method, run_through
 from ..integrators.ladder import Ladder, ladder_of, rung_speeds
 from ..integrators.march import march
+from ..integrators.progress import PARTS
 from ..integrators.step_times import knots
 from ..machine.field import jacobian, n_free, vector_field
 from ..machine.line_speed import line_speed
@@ -33,11 +34,12 @@ from .start import needs_balanced
 
 class Room(eqx.Module):
     """For runs of any length and step: the numbers of a run's own intervals, and steps in each. `most`: of
-    intervals, steps in all, and steps in an interval."""
+    intervals, steps in all, and steps in an interval. `length`: of a block."""
 
     intervals: Int[Array, ""]
     substeps: Int[Array, ""]
     most: tuple[int, int, int] = eqx.field(static=True)
+    length: int = eqx.field(static=True)
 
 
 class RunSetup(eqx.Module):
@@ -74,14 +76,16 @@ class RunSetup(eqx.Module):
         return self.solver.substeps if self.room is None else self.room.substeps  # pyright: ignore
 
 
-def roomy(setup: RunSetup) -> RunSetup:
+def roomy(setup: RunSetup, told: bool) -> RunSetup:
     """One program for it and for others like it that are shorter or longer, or step otherwise; for those that
-    nothing is differentiated through backwards."""
+    nothing is differentiated through backwards. `told`: whether samples are handed over while they come."""
     if not isinstance(setup.solver, ExponentialAdams) or setup.grid is not None:
         return setup
     intervals, substeps = setup.count - 1, setup.solver.substeps
     most = _roomy(intervals, 100), _roomy(intervals * substeps, 100), _roomy(substeps, 8)
-    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most)
+    # what is handed over of a short run comes in short parts
+    length = 8 if told and most[1] < LENGTH * PARTS else LENGTH
+    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most, length)
     solver = stepped(setup.solver, 1)
     return dataclasses.replace(setup, solver=solver, count=most[0] + 1, room=room)
 
@@ -199,6 +203,7 @@ def prepare(
         solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
+        length=LENGTH if setup.room is None else setup.room.length,
         room=None if setup.room is None else setup.room.most,
     )
     # of our own A the leading rows, rates of the coordinates, are all there is

@@ -184,7 +184,7 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             # counts with at most ten times the plan, and may have been too fast.)
             reached = min(reached, 10 * planned + 1000.0)
             better = find_plan(machine, asked._replace(speed=reached, order=plan.order))
-        elif plan.tolerance < error and (np.isfinite(error) or turn < _RETRIES):
+        elif not error <= plan.tolerance and (np.isfinite(error) or turn < _RETRIES):
             better = refined(plan, error)  # something moved that no pilot saw
         else:
             break
@@ -213,7 +213,6 @@ def _run(
     # derivatives are traced through known values: each thread has transformations of its own
     given = jax.tree.leaves((machine, speed, simulation.initial))
     alone = not any(isinstance(x, Tracer) for x in given)
-    own = roomy(setup) if alone else setup
     began = time.perf_counter()
 
     def told_of(t, y, **more) -> Response:
@@ -223,6 +222,7 @@ def _run(
     expected = None if plan is None else count * plan.substeps
     with progress_bar(count, expected, progress) if concrete else nullcontext() as under_way:
         told = under_way is not None
+        own = roomy(setup, told) if alone else setup
 
         def call():
             y0, checks, prepared = _begin(machine, own)
