@@ -24,8 +24,8 @@ from .once_per_turn import PoincareSamples
 from .poincare import period_of
 from .shaft_angle import TURN
 
-# Of the exponential solver, unless somebody says otherwise: errors decide to which of several motions a run is
-# drawn.
+# Of the exponential solver, unless somebody says otherwise: errors decide to which of several motions a run
+# is drawn.
 _TOLERANCE = 1e-6
 # Speeds of a drive that differ by this part of themselves during a run are not constant.
 _CONSTANT = 1e-9
@@ -88,8 +88,8 @@ def bifurcation(
     - `samples`: in a turn of the fastest run.
     - `initial`: as for `simulate`: all runs start alike, and each finds the motion that it is drawn to from
       there. Where several motions are stable, other starts find the others: overlay their diagrams.
-    - `options`: those of `jr.sweep`: `solver`, `step`, `tolerance` (1e-6 if it is planned), `rtol`, `atol`, `store`, `resume`, `chunk`, `client`,
-      `progress` (a bar where a person looks on).
+    - `options`: those of `jr.sweep`: `solver`, `step`, `tolerance` (1e-6 where steps are planned), `rtol`,
+      `atol`, `store`, `resume`, `chunk`, `client`, `progress` (a bar where a person looks on).
 
     All runs are batched by `jr.sweep`, sampled alike and as long as the slowest one needs: over a range of
     speeds of more than 1 to 3 two diagrams cost less. Raises `InputError` for a machine whose drive does not

@@ -18,7 +18,8 @@ class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.
 
     - `substeps`: steps in a sample interval. - `order`: of the exponential Adams method.
-    - `speed`: rad/s at which the machine is linearised. - `top_speed`: the highest speed expected.
+    - `speed`: rad/s, half the highest, with its direction: the machine is linearised at speeds up to
+      twice that. - `top_speed`: the highest expected.
     - `error`: what the pilot saw, as part of each coordinate's peak; `tolerance`: what was asked.
     - `evaluations`: of the field in a step; two where forces change fast with the state.
 
