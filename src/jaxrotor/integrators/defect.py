@@ -3,10 +3,6 @@
 A method's result solves `y' = A y + N + r` exactly. The defect r is told, without a look at the field beyond
 those of the step, by how far the method's parts differ:
 
-- exponential Adams of order k: `c`, N at the corrected point less N at the predicted one, is what another
-  correction would add; the growth of N's k-th difference is the first term that the corrector leaves out.
-  `r = γ c + γ* ∇^(k+1) N`, γ and γ* the polynomials' means over the step. (A method that does not
-  evaluate again has c = 0.)
 - ETD4RK: `(N_1' - N_4)/6`, the last stage beside the next step's first; and Simpson's remainder, the
   fourth difference of N over two steps, over 180.
 """
@@ -45,15 +41,6 @@ class Defect(eqx.Module):
         count = self.count + jnp.where(known, 1, 0)
         return Defect(seen, self.steps + 1, self.total + r, self.square + r**2, count)
 
-    def adams(self, order: int, value: Array, predicted: Array, expected: Array) -> "Defect":
-        """At a step from N = `value` to a point of which N is `predicted`, where the polynomial is
-        `expected`."""
-        mean, next_mean = _means(order)
-        predicted_here, expected_here, before = self.seen
-        difference = value - expected_here
-        r = mean * (value - predicted_here) + next_mean * (difference - before)
-        return self._add(jnp.stack([predicted, expected, difference]), r, self.steps >= 2)
-
     def runge_kutta(self, stages: Float[Array, "4 m"]) -> "Defect":
         """At a step with N at its stages."""
         first, middle, last = self.seen
@@ -68,13 +55,3 @@ class Defect(eqx.Module):
         r = jnp.where(self.total < 0, -1.0, 1.0) * jnp.sqrt(self.square / count)
         zero = jnp.zeros_like(self.total)
         return Defect(self.seen, self.steps, zero, zero, jnp.zeros_like(self.count)), r
-
-
-def _means(k: int) -> tuple[float, float]:
-    """Means over 0..1 of the polynomials that vanish at k past steps, and at those and s = 1; scaled to
-    differences."""
-    own = np.poly(-np.arange(k, dtype=float))
-    more = np.poly(np.append(-np.arange(k, dtype=float), 1.0))
-    factorial = float(np.prod(np.arange(1.0, k + 1)))
-    mean, next_mean = (float(np.polyval(np.polyint(p), 1.0)) for p in (own, more))
-    return mean / factorial, next_mean / factorial / (k + 1)

@@ -317,13 +317,13 @@ class ExponentialAdams(AbstractExponential):
         regular = which == 0
 
         # `history` holds N at the steps before t0, newest first; each step adds its own start
-        def multistep(y, history, defect):
+        def multistep(y, history):
             ahead = extrapolation(self.order_)
             # a loop costs a small machine a fifth of its time; in a large one it hides behind the products
             unroll = self.substeps <= 4 and y0.size <= _SMALL
 
             def one(carry, i):
-                y, history, defect = carry
+                y, history = carry
                 t = t0 + i * h
                 value = N(t, y)
                 history = push(history, value)
@@ -331,32 +331,28 @@ class ExponentialAdams(AbstractExponential):
                 expected = ahead @ history.reshape(self.order_, m)
                 ahead_of = N(t + h, predicted)
                 y = predicted + state.adams.correct @ (ahead_of - expected)  # pyright: ignore
-                if defect is not None:
-                    defect = defect.adams(self.order_, value, ahead_of, expected)
-                return (y, history, defect), None
+                return (y, history), None
 
-            (y, history, defect), _ = jax.lax.scan(
-                one, (y, history, defect), jnp.arange(self.substeps), unroll=unroll
+            (y, history), _ = jax.lax.scan(
+                one, (y, history), jnp.arange(self.substeps), unroll=unroll
             )
-            return y, history, filled, defect
+            return y, history, filled
 
-        def start(y, history, defect):
+        def start(y, history):
             weights = state.starting[which]
             short = h / START_REFINEMENT
 
             def fine(carry, i):
-                y, history, defect = carry
+                y, history = carry
                 t = t0 + i * short
                 new, stages = _runge_kutta(N, weights, t, short, y)
                 history = jnp.where(i % START_REFINEMENT == 0, push(history, stages[0]), history)
-                return (new, history, None if defect is None else defect.runge_kutta(stages)), None
+                return (new, history), None
 
-            defect = None if defect is None else defect.afresh()
-            (y, history, defect), _ = jax.lax.scan(
-                fine, (y, history, defect), jnp.arange(self.substeps * START_REFINEMENT)
+            (y, history), _ = jax.lax.scan(
+                fine, (y, history), jnp.arange(self.substeps * START_REFINEMENT)
             )
-            defect = None if defect is None else defect.afresh()
-            return y, history, jnp.where(regular, filled + self.substeps, 0), defect
+            return y, history, jnp.where(regular, filled + self.substeps, 0)
 
         y1, *memory = jax.lax.cond(
             (filled >= self.order_ - 1) & regular,
@@ -364,6 +360,5 @@ class ExponentialAdams(AbstractExponential):
             start,
             y0,
             state.memory.history,
-            state.memory.defect,
         )
         return y1, Memory(*memory)
