@@ -148,6 +148,7 @@ from .core.protocol import (
 
 # what it runs on
 from .core.cache import enable_cache as enable_cache
+from .core.quick import jit as jit
 from .core.config import show_config as show_config
 
 # errors

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +9,7 @@ import optax
 from jaxtyping import Array, Float
 from tqdm import tqdm
 
+from ..core.quick import lightly_compiled
 from .fit import Fit
 from .problem import Problem
 
@@ -18,7 +18,7 @@ def _cost(problem: Problem, u: Float[Array, " n"]) -> Float[Array, ""]:
     return 0.5 * jnp.sum(problem.residual(u) ** 2)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _step_all(problem: Problem, optimiser, u: Array, state: Any, best: Array, least: Array):
     """One update of each member. Reverse mode: its price does not grow with the number of parameters."""
     optimiser = optax.with_extra_args_support(optimiser)

@@ -10,6 +10,7 @@ import optimistix as optx
 from jaxtyping import Array, Float
 from tqdm import tqdm
 
+from ..core.quick import lightly_compiled
 from .problem import Problem, residual_and_slopes, with_data
 from .simulated import records, records_and_slopes
 
@@ -56,12 +57,12 @@ def _begin(problem: Problem, u: Array, m: int) -> Any:
     return _SOLVER.init(fn, u, None, {}, shape, aux, _TAGS)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _begin_all(problem: Problem, u: Array, m: int) -> Any:
     return eqx.filter_vmap(lambda u: _begin(problem, u, m))(u)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _step_all(problem: Problem, u: Array, state: Any, found, slopes, data, free):
     """Each member moves on by what was simulated at its `state.y_eval`. Also the cost it has reached, and
     cost, slope and curvature where it looked."""
@@ -105,7 +106,7 @@ def _looked_at(problem: Problem, u: Array, least: np.ndarray, data) -> tuple[Any
     return records_and_slopes(problem.simulated, u)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _cost(problem: Problem, u: Array, found: tuple[Array, ...]) -> Array:
     return 0.5 * jnp.sum(problem.residual_of(u, found) ** 2)
 

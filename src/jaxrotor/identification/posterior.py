@@ -14,6 +14,7 @@ from tqdm import tqdm
 from ..core.arguments import whole
 from ..core.errors import InputError, MissingExtraError
 from ..core.gate import takes
+from ..core.quick import lightly_compiled
 from ..search.space import Space
 from .identification import Identification
 from .problem import Problem, residual_and_slopes
@@ -147,14 +148,14 @@ def posterior(
     )
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _begin(target: "_Target", z: Float[Array, "chains n"]) -> Any:
     from blackjax.mcmc import nuts
 
     return jax.vmap(lambda z: nuts.init(z, target))(z)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _advance(target: "_Target", key: Array, states: Any, step: Float[Array, ""]):
     """A draw of each chain; their mean acceptance, and how many diverged."""
     from blackjax.mcmc import nuts

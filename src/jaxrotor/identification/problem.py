@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.errors import InputError
+from ..core.quick import lightly_compiled
 from ..core.units import factor, known_unit
 from ..machine.wiring import unknown
 from ..search.instrumented import Instrumented
@@ -73,7 +74,7 @@ class Problem(eqx.Module):
         return jnp.concatenate([*rs, *self.space.priors(u)])
 
 
-@eqx.filter_jit
+@lightly_compiled
 def residual_and_slopes(
     problem: Problem, u: Float[Array, " n"], found: tuple[Array, ...], slopes: tuple[Array, ...]
 ) -> tuple[Float[Array, " m"], Float[Array, "m n"]]:

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..core.quick import lightly_compiled
 from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..simulation.response import Response
@@ -46,13 +47,13 @@ class Simulated(eqx.Module):
         return tuple(record for run in self.runs for record in run.records(bench))
 
 
-@eqx.filter_jit
+@lightly_compiled
 def records(simulated: Simulated, u: Float[Array, " n"]) -> tuple[Array, ...]:
     """`simulated.records`, compiled."""
     return simulated.records(u)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def records_and_slopes(
     simulated: Simulated, u: Float[Array, "b n"]
 ) -> tuple[tuple[Float[Array, "b nt"], ...], tuple[Float[Array, "b nt n"], ...]]:

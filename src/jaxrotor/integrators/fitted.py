@@ -22,6 +22,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Float
 
 from .blocks import REGULAR, Blocks
@@ -120,7 +121,12 @@ def run_through(
             N = jnp.where(is_step, jnp.concatenate([(expected + gap)[None], N[:-1]]), N)
             return (y, N), (y, first if method.probe else None)
 
-        (y1, N), (ys, gaps) = jax.lax.scan(one, (y, N), jnp.arange(length + method.probe))
+        one_again = jax.checkpoint(one, prevent_cse=False)
+
+        def kept(carry, j):
+            return one_again(checkpoint_name(carry, "steps"), j)
+
+        (y1, N), (ys, gaps) = jax.lax.scan(kept, (y, N), jnp.arange(length + method.probe))
         ys, pushes = ys[:length], opens | ends
         coarse = jnp.where(pushes, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
         states = jnp.where(pushes, jnp.concatenate([y1[None], states[:-1]]), states)
@@ -134,7 +140,8 @@ def run_through(
     zero = jnp.zeros((k, m))
     rung = ladder.nearest(jax.lax.stop_gradient(speed(blocks.begin[0], y0)))
     first = _Carried(y0, zero, zero, jnp.zeros((k, y0.size)), rung)
-    block = jax.checkpoint(block, prevent_cse=False)
+    policy = jax.checkpoint_policies.save_only_these_names("steps")
+    block = jax.checkpoint(block, prevent_cse=False, policy=policy)
     if method.lasting or told:
         found = _while_used(block, first, blocks, told)
     else:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.columns import columns
 from ..core.kinematics import from_turning, turning_lead_rates, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .picked import picked
@@ -104,7 +105,12 @@ def jacobian(system: System, speed: Float[Array, ""]) -> Float[Array, "d d"]:
     zero = jnp.zeros_like(speed)
     reference = (zero, speed, zero)
     y = _join(jnp.zeros(2 * len(system.layout.free)), initial_states(system))
-    return jax.jacfwd(lambda y: relative_field(zero, y, system, reference))(y)
+    return columns(lambda y: relative_field(zero, y, system, reference), y)[0]
+
+
+def jacobians(system: System, speeds: Float[Array, " s"]) -> Float[Array, "s d d"]:
+    """`jacobian` at each of the speeds (rad/s)."""
+    return jax.lax.map(lambda w: jacobian(system, w), speeds)
 
 
 def evaluate(

@@ -1,12 +1,12 @@
 """How much a machine weighs, and how much there is to spin up."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.gate import takes
 from ..core.protocol import AbstractInertia, Carried, Massive
+from ..core.quick import lightly_compiled
 from ..machine.lineup import Block, line_up
 from ..machine.machine import Machine
 
@@ -34,7 +34,7 @@ def polar_inertia(machine: Machine) -> Float[Array, ""]:
     return _inertia(machine, 5)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _inertia(machine: Machine, coordinate: int) -> Array:
     rest, moving = jnp.zeros(6), jnp.zeros(6).at[coordinate].set(1.0)
     lineup = line_up(machine)

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.quick import lightly_compiled
 from .problem import Problem
 
 
@@ -108,7 +109,7 @@ class Layout:
         )
 
 
-@eqx.filter_jit
+@lightly_compiled
 def tell(problem: Problem, layout: Layout, x: Float[Array, " n"], terms: Terms) -> Told:
     """Forward mode costs a run for each unknown, reverse mode some six runs in all."""
     n = len(problem.space)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.doors import plot_door
 from ..core.files import save_json
+from ..core.quick import lightly_compiled
 from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..objectives.criterion import Constraint, Criterion
@@ -174,7 +175,7 @@ class Optimum:
         return Path(path)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _vector(problem: Problem, u):
     return problem.vector(u)
 
@@ -187,7 +188,7 @@ def _reversed(problem: Problem) -> Problem:
     return dataclasses.replace(problem, experiments=ready, reverse=True)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _by_machine(problem: Problem, machine: Machine, weights):
     return eqx.filter_grad(lambda m: weights @ jnp.concatenate(problem.judged(m)))(machine)
 

@@ -11,6 +11,7 @@ import optimistix as optx
 from jaxtyping import Array
 from tqdm import tqdm
 
+from ..core.quick import lightly_compiled
 from .augmented_lagrangian import Layout, Terms, Told, tell
 from .problem import Problem
 
@@ -61,14 +62,14 @@ def _known(merit: Array, slope: Array):
     return lambda x, _: (value(x), None)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _begin(x: Array) -> Any:
     fn = _known(jnp.zeros(()), jnp.zeros_like(x))
     shape, aux = jax.eval_shape(lambda: fn(x, None))
     return _BFGS.init(fn, x, None, {}, shape, aux, _TAGS)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _quasi_newton(x: Array, state: Any, merit: Array, slope: Array):
     """The place, the state, the next place to look at, and whether this one was accepted."""
     count = state.num_accepted_steps
@@ -76,7 +77,7 @@ def _quasi_newton(x: Array, state: Any, merit: Array, slope: Array):
     return x, state, state.y_eval, state.num_accepted_steps > count
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _descend(optimiser, x: Array, state: Any, slope: Array):
     updates, state = optimiser.update(slope, state, x)
     return optax.apply_updates(x, updates), state

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Array
 
 from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
+from ..core.quick import lightly_compiled
 from ..elements.bearings.journal import AbstractFilm
 from ..elements.bearings.law_support import LawSupport
 from ..elements.bearings.radial import RadialBearing
@@ -52,7 +52,7 @@ def turns(machine: Machine, over: str) -> dict[str, float]:
     return dict(zip(names, (every / every[names.index(over)]).tolist()))
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _turns(machine: Machine) -> Array:
     return assemble(machine).turns()
 

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..core.arguments import mapping, number
 from ..core.errors import InputError
+from ..core.quick import lightly_compiled
 from .instrumented import Instrumented
 from .unknown import Kind, Unknown
 
@@ -65,7 +66,7 @@ class Space(eqx.Module):
         """The parameters at places of the search."""
         return self._values(jnp.asarray(u))
 
-    @eqx.filter_jit
+    @lightly_compiled
     def _values(self, u: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         bounded, positive = self._is("bounded"), self._is("positive")
@@ -79,7 +80,7 @@ class Space(eqx.Module):
         """Where parameters lie in the search: the inverse of `values`."""
         return self._places(jnp.asarray(values, float))
 
-    @eqx.filter_jit
+    @lightly_compiled
     def _places(self, x: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         inside = jnp.log((x - low) / (high - x) * (high - self.starts) / (self.starts - low))

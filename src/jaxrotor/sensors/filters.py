@@ -7,10 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.quick import lightly_compiled
+
 _NODES = 8  # points of the polynomial between samples
 
 
-@jax.jit
+@lightly_compiled
 def between(
     values: Float[Array, " nt"], first: Array, interval: Array, times: Float[Array, " m"]
 ) -> Float[Array, " m"]:

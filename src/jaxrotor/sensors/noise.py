@@ -1,12 +1,12 @@
 """Noise of measurement chains."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from ..core.parameter import parameter
 from ..core.part import Part
+from ..core.quick import lightly_compiled
 
 
 class Noise(Part):
@@ -31,7 +31,7 @@ class Noise(Part):
         """`values`, sampled every `interval` s, with noise of this kind; the key makes it repeatable."""
         return self._added(key, jnp.asarray(values), jnp.asarray(interval))
 
-    @eqx.filter_jit
+    @lightly_compiled
     def _added(self, key, values, interval) -> Array:
         white = jax.random.normal(key, values.shape)
         slow = self.correlation_time > 0

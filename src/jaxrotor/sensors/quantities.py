@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from ..core.errors import InputError
 from ..core.protocol import AbstractAttachment, AbstractPrescribed
+from ..core.quick import lightly_compiled
 from ..elements.shafts.finite import BeamElement
 from ..elements.shafts.section import Shaft
 from ..elements.shafts.twist import TURN
@@ -54,7 +55,7 @@ class Twist(AbstractSensor):
         return _twist(response.machine, response.t, response.y, places)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Array:
     system = assemble(machine)
     layout = system.layout
@@ -229,7 +230,7 @@ class ShaftStress(AbstractSensor):
         )
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _stress(machine: Machine, t: Array, ev: Evaluation, name: str, mises: bool) -> Array:
     element, nodes, _ = part_of(machine, assemble(machine), name)
     if isinstance(element, BeamElement):

@@ -13,6 +13,7 @@ from ..core.errors import InputError
 from ..core.gate import either, takes
 from ..core.kinematics import from_turning
 from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
+from ..core.quick import lightly_compiled
 from ..core.result_text import shows
 from ..machine.field import Evaluation, evaluate, watched_field
 from ..machine.lineup import line_up, stack
@@ -110,7 +111,7 @@ def energy_audit(
     return _audit(machine, set_up(machine, simulation, speed, plan, count))
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
     system, balanced = assembled(machine, setup)
     books = _books(machine, system)

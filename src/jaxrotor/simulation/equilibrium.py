@@ -92,8 +92,10 @@ def _balanced(
         more = start.size - n
         farther = turning.free @ turning.farther - turning.farther
         farther = jnp.pad(farther, ((0, more), (0, more)))
-    x = newton_root(missing, start, _ITERATIONS, 1e-12, farther) if start.size else start
-    left = missing(x)[:n] if n else jnp.zeros(0)
+    x, left = start, jnp.zeros(0)
+    if start.size:
+        x, left = newton_root(missing, start, _ITERATIONS, 1e-12, farther)
+    left = left[:n]
     grounded = jnp.zeros(6 * layout.n_mass).at[np.array(layout.free, int)].set(left)
     grounded = jnp.pad(grounded.reshape(6, -1), ((0, 0), (0, layout.n_ground)))
     return x, grounded.T[np.array(layout.internal)]

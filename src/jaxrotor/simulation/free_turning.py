@@ -80,11 +80,13 @@ def _resistance(actor: Actor, system: System, n: int) -> tuple[Array, Array]:
     each_end = jnp.eye(ends)[:, :, None] * jnp.ones(count)
     slope = -jax.vmap(lambda d: jax.jvp(torques, (still,), (d,))[1], out_axes=1)(each_end)
     slope = jnp.nan_to_num(slope)
+    # one program of the law for all looks at it
+    turned = np.multiply.outer((0.0, *_TURNED), np.eye(ends))[..., None] * np.ones(count)
+    found = jax.vmap(jax.vmap(torques, out_axes=1))(turned)
     farther = jnp.zeros_like(slope)
-    for turn in _TURNED:
-        secant = (torques(still)[:, None] - jax.vmap(torques, out_axes=1)(turn * each_end)) / turn
+    for turn, at in zip(_TURNED, found[1:]):
         shown = jnp.any(slope + farther != 0, axis=(0, 1))
-        farther = jnp.where(shown, farther, secant)
+        farther = jnp.where(shown, farther, (found[0] - at) / turn)
     nodes = np.array(actor.nodes, int)
     at = nodes[:, None], nodes[None]
     return jnp.zeros((n, n)).at[at].add(slope), jnp.zeros((n, n)).at[at].add(farther)

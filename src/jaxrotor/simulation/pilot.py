@@ -18,7 +18,7 @@ from ..core.quick import quickly_compiled
 from ..integrators.blocks import blocks_of
 from ..integrators.fitted import Method, run_through
 from ..integrators.ladder import ladder_of, rung_speeds
-from ..machine.field import initial_states, jacobian, n_free, relative_field
+from ..machine.field import initial_states, jacobians, n_free, relative_field
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
@@ -260,7 +260,7 @@ def _pilot_at(machine, when, abrupt, h, top, order: int, evaluations: int) -> Fl
     angle = system.reference(when)[0]
     # as far from a linearisation as a run comes
     speeds = rung_speeds(top)[-2:]
-    A = jax.vmap(lambda w: jacobian(balanced, w))(speeds)
+    A = jacobians(balanced, speeds)
 
     step = h
 

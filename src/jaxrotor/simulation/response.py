@@ -20,6 +20,7 @@ from ..core.gate import takes
 from ..core.kinematics import spin_speed, to_turning
 from ..core.parameter import numbers
 from ..core.protocol import Ported, Signalling
+from ..core.quick import lightly_compiled
 from ..machine.field import Evaluation, evaluate, initial_states, n_free
 from ..machine.layout import turns_by_chi
 from ..machine.lineup import Lineup, structure_of
@@ -136,7 +137,7 @@ class Response(eqx.Module):
         return Path(path)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _evaluate_all(machine: Machine, t: Array, y: Array) -> Evaluation:
     """Every sample, in the machine's order of stations: arrays (nt, n, 6); nodes stay internal."""
     system = assemble(machine)
@@ -188,7 +189,7 @@ class _Part:
         return _signal(r.machine, r.t, self._evaluation(), self._name, name)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) -> Array:
     system = assemble(machine)
     element, nodes, states = part_of(machine, system, name)
@@ -308,7 +309,7 @@ class ConnectorResponse(_Part):
         return _forces(r.machine, r.t, self._evaluation(), self._name)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _forces(machine: Machine, t: Array, ev: Evaluation, name: str) -> Array:
     system = assemble(machine)
     element, nodes, states = part_of(machine, system, name)

@@ -20,7 +20,7 @@ from ..integrators.ladder import Ladder, ladder_of, rung_speeds
 from ..integrators.march import march
 from ..integrators.progress import PARTS
 from ..integrators.step_times import knots
-from ..machine.field import jacobian, n_free, vector_field
+from ..machine.field import jacobians, n_free, vector_field
 from ..machine.line_speed import line_speed
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
@@ -168,7 +168,7 @@ def linear_parts(solver: Any, balanced: System, linearised_at: Float[Array, ""])
     speeds = rung_speeds(2 * linearised_at)
     if isinstance(solver, ETD4RK):
         speeds = jnp.stack([linearised_at, jnp.zeros(())])
-    return jax.vmap(lambda w: jacobian(balanced, w))(speeds)
+    return jacobians(balanced, speeds)
 
 
 def prepare(

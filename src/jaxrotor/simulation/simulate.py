@@ -17,7 +17,7 @@ from ..core.arguments import number, positive
 from ..core.errors import SimulationInterrupted
 from ..core.gate import either, takes
 from ..core.parameter import is_concrete, numbers, require_x64
-from ..core.quick import quickly_compiled
+from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
@@ -254,7 +254,7 @@ def _begin(machine: Machine, setup: RunSetup) -> tuple[Array, Array, Prepared]:
     return *start(system, balanced, setup.initial, setup.speed), prepare(system, balanced, setup)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _march(
     machine: Machine, setup: RunSetup, y0: Array, prepared: Prepared, told: bool, judged: bool
 ) -> Marched:

@@ -48,7 +48,7 @@ def steady_whirl(
     def turn(y):
         return march(solver, terms, at, y, system, prepared)[-1]
 
-    y = newton_root(lambda y: turn(y) - y, start, _ITERATIONS, 1e-11)
+    y = newton_root(lambda y: turn(y) - y, start, _ITERATIONS, 1e-11).x
     n = n_free(system)
     # one program for both: what does not come back, and what a turn adds to the resting line
     gap, gain = jnp.abs(jax.lax.map(lambda y: turn(y) - y, jnp.stack([y, start])))

@@ -3,7 +3,6 @@
 import dataclasses
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
 from ..core.parameter import is_concrete
 from ..core.protocol import AbstractAttachment, AbstractInertia, Acting, Carried, Linear, Massive
+from ..core.quick import lightly_compiled
 from ..core.readable import amount
 from ..machine.axial import axial_positions, port_offset
 from ..machine.field import evaluate
@@ -131,7 +131,7 @@ def summarize(machine: Machine) -> MachineSummary:
     )
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _at_rest(machine: Machine) -> tuple[dict[str, Array], Array, dict[str, Array]]:
     """Mass matrices by name of all parts (stations, 6x6), what equilibrium leaves, forces of the ground."""
     system = assemble(machine)

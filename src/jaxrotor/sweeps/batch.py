@@ -10,6 +10,7 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 
+from ..core.quick import lightly_compiled
 from ..machine.field import jacobian
 from ..machine.machine import Machine
 from ..machine.system import assemble
@@ -122,18 +123,18 @@ def _sound(output: Any, failed: Array, value: Array) -> Array:
     return (failed < 0) | (jnp.arange(value.shape[0]) * output.every < failed)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def run_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Outcome:
     """All machines of a batch at once."""
     return jax.vmap(lambda own: member(setup, own))(values)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _begun_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Float[Array, "b d"]:
     return jax.vmap(lambda own: begun(setup, own))(values)
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _run_sharded(setup: Setup, values, y0, mesh: Mesh) -> Outcome:
     arrays, rest = eqx.partition(setup, eqx.is_array)
 
@@ -167,7 +168,7 @@ def solves_as_it_runs(setup: Setup) -> bool:
     return implicit or jax.eval_shape(assemble, setup.machine).mass is not None
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _changes(machine: Machine, speed, values: dict, steps: dict) -> Array:
     def linear(values):
         return jacobian(assemble(placed(machine, values), nominal=True), speed)
@@ -188,7 +189,7 @@ def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray])
     return True
 
 
-@eqx.filter_jit
+@lightly_compiled
 def linear_part(machine: Machine, run: RunSetup) -> Array:
     """As `linear_parts` has it."""
     return linear_parts(run.solver, assemble(machine, nominal=True), run.linearised_at)

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..search.instrumented import Instrumented
@@ -43,6 +43,6 @@ def check_start(first: Machine, simulation: Simulation) -> None:
         refuse_unbalanced(first, _unbalanced(first, speed))
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _unbalanced(machine: Machine, speed: Any):
     return start(assemble(machine), None, "static", speed)[1]

@@ -3,12 +3,12 @@
 import dataclasses
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ..core.errors import ConvergenceError, InputError
+from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
@@ -89,7 +89,7 @@ def prescribed_of(machine: Machine, values: dict, times: np.ndarray) -> Prescrib
     return _prescribed_of(machine, batch, jnp.asarray(times))
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _prescribed_of(machine: Machine, values: dict, times: jax.Array) -> Prescribed:
     return jax.lax.map(lambda own: prescribed(placed(machine, own), times), values)
 
@@ -148,7 +148,7 @@ def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> n
     return top
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
     def one(own, when):
         abrupt, h, top = at

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Unpack
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from scipy import stats
 from ..core.arguments import mapping, number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
 from ..simulation.simulation import Settings, Simulation
@@ -241,7 +241,7 @@ def local_slopes(
     return out
 
 
-@eqx.filter_jit
+@lightly_compiled
 def _slopes(setup: Any, by: dict, others: dict) -> dict:
     """Output -> path -> (b, ...)."""
 
