@@ -5,6 +5,8 @@ correction (`Rung.follow`). The pair that weights are fitted to goes with the sp
 it costs little, and accuracy hangs on it.
 """
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -96,6 +98,30 @@ def _levels(steps) -> list[int]:
     return [round(-np.log2(length)) for length, _ in steps.kinds]
 
 
+class Chains(NamedTuple):
+    """Moments of regular steps and of the ever shorter ones that a start has, (s, ...)."""
+
+    regular: Moments
+    starting: Moments
+
+
+def chains_of(
+    A: Float[Array, "s d d"],
+    h: Float[Array, " s"],
+    near: Float[Array, " s"],
+    order: int,
+    exact_rows: int,
+) -> Chains:
+    """`h`: of regular steps, s; `near`: the angles that they turn by."""
+    levels = max(_levels(first_steps(order)))
+
+    def chain(x):
+        own = moments(*x, order, exact_rows, levels)
+        return Chains(jax.tree.map(lambda x: x[-1], own), jax.tree.map(lambda x: x[:-1], own))
+
+    return jax.lax.map(chain, (A, h, near))
+
+
 def ladder_of(
     speeds: Float[Array, " s"],
     A: Float[Array, "s d d"],
@@ -105,32 +131,29 @@ def ladder_of(
     blocks: Blocks | None = None,
     speeds_of_parts: Float[Array, " o"] | None = None,
     start: Float[Array, ""] | float = 0.0,
+    chains: Chains | None = None,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
-    jumps."""
+    jumps. `chains`: of A, `h` and the speeds, where they are known."""
     s, d, _ = A.shape
     steps = first_steps(order)
-    levels = _levels(steps)
     near = turn_of(speeds, h)
     single = blocks is None or blocks.single
     slopes = _slopes(speeds, A)[:, exact_rows:]
 
-    def chain(x):
-        own = moments(x[0], x[1], x[2], order, exact_rows, max(levels))
-        return jax.tree.map(lambda x: x[-1], own), jax.tree.map(lambda x: x[:-1], own)
-
-    regular, starting = jax.lax.map(chain, (A, jnp.broadcast_to(h, speeds.shape), near))
+    if chains is None:
+        chains = chains_of(A, jnp.broadcast_to(h, speeds.shape), near, order, exact_rows)
+    regular, starting = chains
     if single:
         first = jnp.argmin(jnp.abs(speeds - start))
         starting = jax.tree.map(lambda x: x[first][None], starting)
-    chains = 1 if single else s
+    count = 1 if single else s
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
         at = jnp.argmin(jnp.abs(speeds[:, None] - speeds_of_parts), axis=0)
-        own = (A[at], blocks.lengths, jnp.zeros(blocks.lengths.size))
-        parts = jax.lax.map(chain, own)
+        parts = chains_of(A[at], blocks.lengths, jnp.zeros(blocks.lengths.size), order, exact_rows)
         regular, starting = jax.tree.map(
-            lambda a, b: jnp.concatenate([a, b]), (regular, starting), parts
+            lambda a, b: jnp.concatenate([a, b]), Chains(regular, starting), parts
         )
         off = (speeds_of_parts - speeds[at])[:, None, None]
         A, slopes = jnp.concatenate([A, A[at]]), jnp.concatenate([slopes, off * slopes[at]])
@@ -146,7 +169,7 @@ def ladder_of(
     known.append(polynomial_mix(-np.arange(float(order)), order))
     known.append(jax.tree.map(np.zeros_like, known[-1]))
     mixes = tuple(jnp.concatenate([a, np.stack(b)]) for a, b in zip(fits, zip(*known)))
-    return Ladder(speeds, turns, h, A, slopes, every, jax.lax.stop_gradient(mixes), order, chains)
+    return Ladder(speeds, turns, h, A, slopes, every, jax.lax.stop_gradient(mixes), order, count)
 
 
 def _about(speeds: Float[Array, " s"]) -> Float[Array, "s f"]:

@@ -18,6 +18,7 @@ from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
+from ..profiles.motion import AbstractMotion
 from .state import State
 
 # How often the states of a run are held at once, at least.
@@ -144,15 +145,24 @@ def refuse_sampled_whirl(initial: Any, sampled: bool) -> None:
 
 
 def _drive_speed(machine: Machine) -> Float[Array, ""]:
-    """At the start, rad/s; without compiling anything, where one end or one coordinate is driven."""
-    zero = jnp.zeros(())
-    driven = [s.motion for s in machine.stations if isinstance(s, AbstractPrescribed)]
+    """At the start, rad/s; by a program of the drive alone, where one end or one coordinate is driven."""
+    driven = [s for s in machine.stations if isinstance(s, AbstractPrescribed)]
     if driven:
-        return jax.jvp(driven[0], (zero,), (jnp.ones(()),))[1][5]
+        return _speed_of_end(driven[0])
     held = {h.motion for h in machine.wiring.held if h.coordinate == 5 and h.motion != FIXED}
     if len(held) == 1:
-        return jax.jvp(machine.motions[held.pop()].position, (zero,), (jnp.ones(()),))[1]
+        return _speed_of_motion(machine.motions[held.pop()])
     return _reference_speed(machine)
+
+
+@quickly_compiled
+def _speed_of_end(end: AbstractPrescribed) -> Float[Array, ""]:
+    return jax.jvp(end.motion, (jnp.zeros(()),), (jnp.ones(()),))[1][5]
+
+
+@quickly_compiled
+def _speed_of_motion(motion: AbstractMotion) -> Float[Array, ""]:
+    return jax.jvp(motion.position, (jnp.zeros(()),), (jnp.ones(()),))[1]
 
 
 @quickly_compiled

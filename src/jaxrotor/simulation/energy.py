@@ -21,9 +21,11 @@ from ..machine.machine import Machine
 from ..machine.seen import seen
 from ..machine.system import System
 from .checks import sample_count
+from .march_through import march_through
 from .pilot import plan_for
 from .plan import Plan
-from .run_setup import RunSetup, assembled, march_through, prepare, set_up
+from .prepared import assembled, prepare
+from .run_setup import RunSetup, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start

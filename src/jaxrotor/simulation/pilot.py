@@ -23,12 +23,15 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
 from .plan import Plan, bucket, fewest
-from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed_until
+from .prepared import Known, coordinates_of, known_chains, rungs_of
+from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .run_error import share_of_peaks
 from .simulation import Simulation, as_simulation, end_or_simulation
 
 # Steps of a pilot.
 _STEPS = 96
+# Rungs that it knows: those of the highest speeds.
+_RUNGS = 2
 # Part of its highest speed from which on a line counts as turning when it starts.
 _SLOW = 0.25
 # Plans that are kept.
@@ -126,17 +129,37 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     interval = 1.0 / asked.sample_rate
     when, top = fastest(given, t_end, speed)
     harsh = begins_abruptly(given, top, speed, asked.steady)
-    instants = jnp.asarray(_instants(machine, given, when, t_end))
+    instants = _instants(machine, given, when, t_end)
     forward = _direction(given, when, t_end, speed)
+    speeds = _speeds_at(machine, instants, forward * top)
+    linear = {w: _rungs(machine, w) for w in set(speeds)}
+    rows = coordinates_of(machine)
+
+    def known(w: float, h: float) -> tuple[Known, Known]:
+        """Of steps of h (s), and of half of it, by one call."""
+        at, A = linear[w]
+        steps = np.repeat([h, 0.5 * h], _RUNGS)
+        every = map(jnp.asarray, (np.tile(A, (2, 1, 1)), steps, np.tile(at, 2)))
+        both = jax.tree.map(np.asarray, known_chains(*every, order, rows))
+        halves = both, jax.tree.map(lambda x: x[_RUNGS:], both)
+        coarse, fine = (jax.tree.map(lambda x: x[:_RUNGS], half) for half in halves)
+        return Known(A, coarse), Known(A, fine)
 
     def seen(substeps: int, evaluations: int) -> float:
-        at = (jnp.asarray(interval / substeps), jnp.asarray(forward * top))
-        return float(pilot(machine, instants, jnp.asarray(harsh), *at, order, evaluations))
+        h = interval / substeps
+        each = {w: known(w, h) for w in linear}
+        every = jax.tree.map(lambda *x: jnp.asarray(np.stack(x)), *(each[w] for w in speeds))
+        at = map(jnp.asarray, (instants, harsh, np.float64(h), np.array(speeds)))
+        return float(pilots(machine, *at, order, evaluations, every))
 
     first = fewest(max(top, float(given.frequency)), interval)
     found = _search(seen, first, order, tolerance)
     if found is None:
-        blame = not_finite(machine, instants) if not math.isfinite(seen(first, 1)) else None
+        blame = (
+            not_finite(machine, jnp.asarray(instants))
+            if not math.isfinite(seen(first, 1))
+            else None
+        )
         if blame:
             raise InputError(f"{blame} before anything moves: mend its law")
         raise ConvergenceError(
@@ -234,53 +257,82 @@ def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) ->
     return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], when)
 
 
-@quickly_compiled
-def pilot(machine, instants, abrupt, h, top, order: int, evaluations: int) -> Float[Array, ""]:
-    """Largest difference between steps of h (s) and of half of it, over all pilots, as part of the peak.
+def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float]:
+    """rad/s: the last pilot's is `top`, the others' the drive's own there."""
+    # as many as `looks`: the same program
+    times = np.resize(instants, looks(1.0).size)
+    own = np.asarray(prescribed(machine, jnp.asarray(times)).speeds)[: instants.size]
+    speeds = np.where(own != 0, own, top)
+    speeds[-1] = top
+    return speeds.tolist()
 
-    `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
-    """
-    if instants.ndim == 0:
-        return _pilot_at(machine, instants, abrupt, h, top, order, evaluations)
-    # the last at top speed, the others at the drive's own there
-    own = jax.vmap(lambda t: assemble(machine).reference(t)[1])(instants)
-    speeds = jnp.where(own != 0, own, top).at[-1].set(top)
+
+def _rungs(machine: Machine, top: float) -> tuple[np.ndarray, np.ndarray]:
+    """The rungs that a pilot at `top` (rad/s) knows: speeds (rad/s), and A there."""
+    speeds, A = rungs_of(machine, jnp.asarray(np.float64(top)))
+    return np.asarray(speeds)[-_RUNGS:], np.asarray(A)[-_RUNGS:]
+
+
+@quickly_compiled
+def pilots(
+    machine, instants, abrupt, h, speeds, order: int, evaluations: int, known
+) -> Float[Array, ""]:
+    """The largest `pilot` of all, each at its own speed and with what is `known` of it."""
     return jnp.max(
         jax.lax.map(
-            lambda x: _pilot_at(machine, x[0], abrupt, h, x[1], order, evaluations),
-            (instants, speeds),
+            lambda x: pilot(machine, x[0], abrupt, h, x[1], order, evaluations, x[2]),
+            (instants, speeds, known),
         )
     )
 
 
-def _pilot_at(machine, when, abrupt, h, top, order: int, evaluations: int) -> Float[Array, ""]:
-    system, balanced = assemble(machine), assemble(machine, nominal=True)
+def pilot(
+    machine,
+    when,
+    abrupt,
+    h,
+    top,
+    order: int,
+    evaluations: int,
+    known: tuple[Known, Known] | None = None,
+) -> Float[Array, ""]:
+    """Largest difference between steps of h (s) and of half of it, as part of the peak.
+
+    `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
+    `known`: of both steps.
+    """
+    system = assemble(machine)
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     angle = system.reference(when)[0]
     # as far from a linearisation as a run comes
-    speeds = rung_speeds(top)[-2:]
-    A = jacobians(balanced, speeds)
+    speeds = rung_speeds(top)[-_RUNGS:]
+    steps = jnp.stack([h, 0.5 * h])
+    if known is None:
+        A = jacobians(assemble(machine, nominal=True), speeds)
+        both = Known(jnp.stack([A, A]), None)
+    else:
+        both = jax.tree.map(lambda *x: jnp.stack(x), *known)
 
-    step = h
+    def run(x):
+        h, (A, chains) = x
 
-    def run(h):
         # at a constant speed, loads as they are at that instant: no jump falls into the pilot
         def turning(t, y):
             reference = (angle + top * t, top, jnp.zeros_like(t))
             dy = relative_field(when, y, system, reference)
             # what acts from the start, or comes up smoothly over half of the steps
-            begun = jnp.clip(t / (0.5 * _STEPS * step), 0.0, 1.0)
+            begun = jnp.clip(t / (0.5 * _STEPS * steps[0]), 0.0, 1.0)
             begun = begun**4 * (35 + begun * (-84 + begun * (70 - 20 * begun)))
             own = A[-1] @ y
             return own + jnp.where(abrupt, 1.0, begun) * (dy - own)
 
         blocks = blocks_of(h, 2 * _STEPS, 1, order, jnp.zeros(0), length=8)
-        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top)
+        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top, chains=chains)
         return run_through(turning, ladder, blocks, lambda t, y: top, y0, Method(evaluations)).kept[
             :, :n
         ]
 
-    coarse, fine = jax.lax.map(run, jnp.stack([h, 0.5 * h]))
+    coarse, fine = jax.lax.map(run, (steps, both))
     error = jnp.max(jnp.abs(coarse[: _STEPS + 1] - fine[::2]), axis=0)
     return share_of_peaks(error, jnp.max(jnp.abs(fine), axis=0), system)

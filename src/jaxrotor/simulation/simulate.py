@@ -24,21 +24,14 @@ from ..machine.machine import Machine
 from ..machine.system import assemble
 from .checks import sample_count, turns_freely
 from .judging import judge, speed_reached, tell_attitude
+from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, remember, unresolved
 from .plan import Plan, refined
+from .prepared import Known, Prepared, assembled, known_of, prepare
 from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
-from .run_setup import (
-    Marched,
-    Prepared,
-    RunSetup,
-    assembled,
-    march_through,
-    prepare,
-    roomy,
-    set_up,
-)
+from .run_setup import RunSetup, roomy, set_up
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .start import start
@@ -225,7 +218,7 @@ def _run(
         own = roomy(setup, told) if alone else setup
 
         def call():
-            y0, checks, prepared = _begin(machine, own)
+            y0, checks, prepared = _begin(machine, own, known_of(machine, own) if alone else None)
             found = *_march(machine, own, y0, prepared, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
@@ -248,10 +241,11 @@ def _run(
 
 
 @quickly_compiled
-def _begin(machine: Machine, setup: RunSetup) -> tuple[Array, Array, Prepared]:
+def _begin(machine: Machine, setup: RunSetup, known: Known | None) -> tuple[Array, Array, Prepared]:
     """The state at t = 0, and checks of it; and what the march needs."""
-    system, balanced = assembled(machine, setup)
-    return *start(system, balanced, setup.initial, setup.speed), prepare(system, balanced, setup)
+    system, balanced = assembled(machine, setup, known)
+    y0, checks = start(system, balanced, setup.initial, setup.speed)
+    return y0, checks, prepare(system, balanced, setup, known)
 
 
 @lightly_compiled

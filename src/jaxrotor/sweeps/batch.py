@@ -18,16 +18,11 @@ from ..objectives.measure import Seen
 from ..search.instrumented import Instrumented
 from ..simulation.checks import initial_speed
 from ..simulation.judging import STEADY_GAP
+from ..simulation.march_through import march_through
+from ..simulation.prepared import Known, assembled, linear_parts, prepare
 from ..simulation.response import Response
 from ..simulation.run_info import RunInfo
-from ..simulation.run_setup import (
-    RunSetup,
-    assembled,
-    linear_parts,
-    march_through,
-    prepare,
-    stepped,
-)
+from ..simulation.run_setup import RunSetup, stepped
 from ..simulation.solver import is_planned
 from ..simulation.start import start
 from .outputs import TimeSeries, all_sensors, evaluated, needs_run, needs_states
@@ -86,8 +81,9 @@ def member(
     def states(watch):
         """At the samples, or what `watch` keeps of them."""
         first = begun(setup, values) if y0 is None else y0
-        system, balanced = assembled(machine, setup.run)
-        prepared = prepare(system, balanced, setup.run, setup.linear)
+        known = None if setup.linear is None else Known(setup.linear, None)
+        system, balanced = assembled(machine, setup.run, known)
+        prepared = prepare(system, balanced, setup.run, known)
         return march_through(system, prepared, setup.run, first, watch=watch).kept
 
     if needs_states(setup.outputs):

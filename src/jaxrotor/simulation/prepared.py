@@ -1,0 +1,152 @@
+"""What a run is prepared by, beside its start: what is linear of the machine, its steps and their weights."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.quick import quickly_compiled
+from ..integrators.blocks import LENGTH, Blocks, blocks_of
+from ..integrators.exponential import ETD4RK, ExponentialAdams
+from ..integrators.fitted_weights import turn_of
+from ..integrators.ladder import Chains, Ladder, chains_of, ladder_of, rung_speeds
+from ..machine.field import jacobians, n_free
+from ..machine.layout import lay_out
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
+from ..machine.system import System, assemble, jump_times
+from .run_setup import RunSetup
+from .sampling_grid import Ticking
+from .solver import is_planned
+from .start import needs_balanced
+
+
+class Prepared(eqx.Module):
+    """What a march needs beside system and setup. Of `ETD4RK`, `linear`: A, and `by_speed`: dA/dw. Of the
+    Adams method, the `blocks` of its steps, and the `ladder` of their weights."""
+
+    linear: Float[Array, "d d"] | None = None
+    by_speed: Float[Array, "d d"] | None = None
+    blocks: Blocks | None = None
+    ladder: Ladder | None = None
+
+
+class Known(NamedTuple):
+    """What pilots and a run find by the same programs, compiled once: A at each rung, and of regular steps
+    there what weights are mixed from."""
+
+    linear: Float[Array, "s d d"]
+    chains: Chains | None
+
+
+@quickly_compiled
+def rungs_of(
+    machine: Machine, top: Float[Array, ""]
+) -> tuple[Float[Array, " s"], Float[Array, "s d d"]]:
+    """The rungs of a machine that turns up to `top` (rad/s): speeds (rad/s), and A there."""
+    speeds = rung_speeds(top)
+    return speeds, jacobians(assemble(machine, nominal=True), speeds)
+
+
+@quickly_compiled
+def known_chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
+    """Each array of one length: A, steps (s) and speeds (rad/s)."""
+    return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
+
+
+def coordinates_of(machine: Machine) -> int:
+    """How many are free."""
+    return len(lay_out(structure_of(machine)).free)
+
+
+def known_of(machine: Machine, setup: RunSetup) -> Known | None:
+    """For a run alone; `None` where its solver has another linear part or steps of its own."""
+    solver = setup.solver
+    if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
+        return None
+    top = 2 * np.asarray(setup.linearised_at)
+    (speeds, A), chains = rungs_of(machine, jnp.asarray(top)), None
+    if setup.grid is None:
+        h = np.asarray(setup.interval) / np.asarray(setup.substeps)
+        steps = jnp.asarray(np.full(speeds.shape, h))
+        chains = known_chains(A, steps, speeds, solver.order_, coordinates_of(machine))
+    return Known(A, chains)
+
+
+def assembled(
+    machine: Machine, setup: RunSetup, known: Known | None = None
+) -> tuple[System, System | None]:
+    """The system, and where the run needs it the one without what turns with the shaft."""
+    solver = setup.solver
+    linear = known is None and is_planned(solver) and solver.linear_part is None  # pyright: ignore
+    needed = linear or needs_balanced(setup.initial)
+    return assemble(machine), assemble(machine, nominal=True) if needed else None
+
+
+def linear_parts(solver: Any, balanced: System, linearised_at: Float[Array, ""]) -> Array:
+    """A at some speeds, (s, d, d): of `ETD4RK` at that one (rad/s) and at rest; of the Adams method at each
+    rung below twice of it."""
+    speeds = rung_speeds(2 * linearised_at)
+    if isinstance(solver, ETD4RK):
+        speeds = jnp.stack([linearised_at, jnp.zeros(())])
+    return jacobians(balanced, speeds)
+
+
+def prepare(
+    system: System,
+    balanced: System | None,
+    setup: RunSetup,
+    known: Known | None = None,
+    extra: int = 0,
+) -> Prepared:
+    """`known`: beforehand. `extra`: states that follow the machine's own."""
+    solver, w = setup.solver, setup.linearised_at
+    if not is_planned(solver):
+        return Prepared()
+    if solver.linear_part is not None:  # pyright: ignore
+        A = solver.linear_part  # pyright: ignore
+        A, speeds = jnp.stack([A, A]) if isinstance(solver, ETD4RK) else A[None], w[None]
+    else:
+        A = linear_parts(solver, balanced, w) if known is None else known.linear  # pyright: ignore
+        speeds = rung_speeds(2 * w)
+    A = jnp.pad(A, [(0, 0), (0, extra), (0, extra)])
+    if isinstance(solver, ETD4RK):
+        by_speed = jnp.where(w != 0.0, (A[0] - A[1]) / jnp.where(w != 0.0, w, 1.0), 0.0)
+        return Prepared(linear=A[0], by_speed=by_speed)
+    ticking = ticking_of(setup, system)
+    refine = 1 if ticking is None else ticking.refine
+    interval, substeps = setup.interval / refine, -(-setup.substeps // refine)
+    blocks = blocks_of(
+        interval,
+        setup.intervals * refine,
+        substeps,
+        solver.order_,  # pyright: ignore
+        jump_times(system),
+        None if ticking is None else ticking.due,
+        length=LENGTH if setup.room is None else setup.room.length,
+        room=None if setup.room is None else setup.room.most,
+    )
+    # of our own A the leading rows, rates of the coordinates, are all there is
+    rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
+    of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)
+    start = system.reference(jnp.zeros(()))[1] if setup.speed is None else setup.speed
+    ladder = ladder_of(
+        speeds,
+        A,
+        interval / substeps,
+        solver.order_,  # pyright: ignore
+        rows,
+        blocks,
+        of_parts,
+        start,
+        known.chains if known and not extra else None,
+    )
+    return Prepared(blocks=blocks, ladder=ladder)
+
+
+def ticking_of(setup: RunSetup, system: System) -> Ticking | None:
+    d = 2 * n_free(system) + system.n_states()
+    return None if setup.grid is None else Ticking(setup.grid, system, setup.count, d)
