@@ -14,14 +14,14 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
+from ..core.notice import compiling, muted
+
 # Steps that two seconds last for, on a small machine: beyond that progress is shown.
 _TWO_SECONDS = 160_000
 # Parts of a run, each of which is handed over when it is done.
 PARTS = 200
 # Samples that a part has at least where a run may be quick: handing over takes as long as ten steps.
 _PART = 64
-# Seconds of compiling that go without a word.
-_COMPILING = 3.0
 # Seconds between two looks at a bar, and between two lines.
 _BAR, _LINE = 0.5, 10.0
 
@@ -105,12 +105,8 @@ def progress_bar(
     lasts = steps is None or steps > _TWO_SECONDS
     if not (wanted or lasts):
         # the run is short, but what it is compiled from may not be
-        silent = None if wanted is False else _Progress(samples, _COMPILING)
-        try:
+        with muted(wanted is False), compiling():
             yield None
-        finally:
-            if silent is not None:
-                silent.close()
         return
     wait = None if wanted is False else 2.0 if steps is None and not wanted else 0.0
     _under_way, _ended = _Progress(samples, wait), False

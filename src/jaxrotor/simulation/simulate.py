@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from ..core.arguments import number, positive
 from ..core.errors import SimulationInterrupted
 from ..core.gate import either, takes
+from ..core.notice import muted
 from ..core.parameter import is_concrete, numbers, require_x64
 from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.exponential import ExponentialAdams
@@ -97,10 +98,10 @@ def simulate(
         ),
     )
     speed = simulation.check(machine)
-    if is_planned(solver_for(machine, simulation.solver)):
-        response, checks = _planned(machine, simulation, speed, progress)
-    else:
-        response, checks = _adaptive(machine, simulation, speed, progress)
+    by_plan = is_planned(solver_for(machine, simulation.solver))
+    with muted(progress is False):
+        run = _planned if by_plan else _adaptive
+        response, checks = run(machine, simulation, speed, progress)
     if is_concrete(response.y):
         judge(response, simulation.initial, checks)
         tell_attitude(response)
