@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint matrix benchmark clean
+.PHONY: help demo test lint matrix benchmark benchmark-check clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -27,6 +27,9 @@ matrix: ## the tests on each Python and JAX that is supported, as far as this ma
 
 benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
 	for name in vector_field startup fitted estimates growth linear campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
+
+benchmark-check: $(VENV)/.core ## compare the ratios that the benchmarks found with the stored ones
+	$(BIN)/python benchmarks/record.py
 
 clean: ## remove the environment and the caches; results stay
 	rm -rf $(VENV) .cache .pytest_cache .ruff_cache

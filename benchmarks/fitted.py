@@ -3,11 +3,11 @@ written by hand: what jaxrotor's own solver reaches but for its field.
 
 Nothing but the method's bare loop (`jaxrotor.integrators.fitted`) stands between XLA and the equations
 (handwritten.py). Each row is run with XLA's own choice and with one kernel for each loop, in a process of its
-own, beside CVODE (where scikit-sundae is installed) and SciPy's LSODA, all on one core, in processor
+own, beside CVODE and SciPy's LSODA, all on one core, in processor
 seconds, taking turns. The gradient is that of main's mean square deflection over 1 s by every figure of the
 equations, through the linearisation and its weights too; it is checked against central differences.
 
-    python benchmarks/fitted.py [--json FILE] [reference.npz]
+    python benchmarks/fitted.py [reference.npz]
 """
 
 import argparse
@@ -27,6 +27,8 @@ import figures
 import handwritten
 import jax.numpy as jnp
 import numpy as np
+from machine import header
+from record import record
 
 from jaxrotor.integrators.blocks import blocks_of
 from jaxrotor.integrators.fitted import run_through
@@ -111,48 +113,12 @@ def fitted_rows():
 
 
 def peer_rows():
-    try:
-        from solvers import cvode
-    except ImportError:
-        print("scikit-sundae is not installed: no CVODE", file=sys.stderr)
-    else:
-        for rtol in (1e-5, 1e-6, 1e-7, 1e-8):
-            yield f"CVODE, numba, rtol {rtol:.0e}", cvode(rtol), {}
+    from solvers import cvode, lsoda
+
+    for rtol in (1e-5, 1e-6, 1e-7, 1e-8):
+        yield f"CVODE, numba, rtol {rtol:.0e}", cvode(rtol), {}
     for rtol in (1e-6, 1e-8):
         yield f"LSODA, numba, rtol {rtol:.0e}", lsoda(rtol), {}
-
-
-def lsoda(rtol):
-    """SciPy's, of the same compiled equations and Jacobian, tolerances weighed by size."""
-    from scipy.integrate import odeint
-
-    rhs, jac, _ = handwritten.compiled()
-    scale = np.repeat([1e-3, 1e-3, 1e-6, 1e-2, 1e-2, 1e-2], 4)
-    atol = rtol * np.concatenate([scale, 1e3 * scale])
-    out, J = np.empty(48), np.empty((48, 48))
-
-    def field(t, y):
-        rhs(t, y, out)
-        return out
-
-    def jacobian(t, y):
-        jac(t, y, out, J)
-        return J
-
-    def run():
-        y = odeint(
-            field,
-            np.zeros(48),
-            TIMES,
-            Dfun=jacobian,
-            rtol=rtol,
-            atol=atol,
-            tfirst=True,
-            mxstep=10**6,
-        )
-        return y[:, MAIN]
-
-    return run
 
 
 def gradient_rows():
@@ -245,7 +211,6 @@ def at_error(rows, error):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("reference", nargs="?", type=Path, default=REFERENCE)
-    parser.add_argument("--json", type=Path, help="write the table there too")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.child:
@@ -268,8 +233,18 @@ def main():
         )
         found[title] = json.loads(told.stdout)
         show(title, found[title])
-    if asked.json:
-        asked.json.write_text(json.dumps(found, indent=1))
+    one = found["one kernel a loop"]
+    times = one["gradient"]["times"]
+    rows = {r["name"]: r for r in one["rows"]}
+    peers = [r for r in one["rows"] if r["name"].startswith("CVODE")]
+    ratios = {
+        "CVODE / by hand, order 6, h = 1/2 ms": at_error(
+            peers, rows["fitted 6, h = 1/2 ms"]["error"]
+        )
+        / rows["fitted 6, h = 1/2 ms"]["run"],
+        "4 runs / gradient by the unbalance": 4 * times["run"]["run"] / times["unbalance"]["run"],
+    }
+    record("fitted", header("numba", "scikit-sundae"), ratios, [found])
 
 
 if __name__ == "__main__":

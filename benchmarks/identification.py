@@ -145,7 +145,8 @@ def by_scipy(residual, n, step):
 
 
 def main() -> None:
-    print(header("jaxlib", "optimistix", "scipy", "scikit-sundae", "numba"))
+    print(machine := header("jaxlib", "optimistix", "scipy", "scikit-sundae", "numba"))
+    ratios = {}
     sensed, record = run_up(0.05, 1)
     found, compiling, run, near = by_jaxrotor(sensed, record)
     n = len(found.paths)
@@ -164,7 +165,9 @@ def main() -> None:
         there, here = (found.space.shown(found.space.values(u)) for u in (fit.x - 1, found.u))
         away = np.max(np.abs(there - here) / list(found.std.values()))
         print(f"| {name} | {calls} | {at:.2f} | {at / run:.1f} | {fit.cost:.1f} | {away:.1e} |")
+        ratios[f"{name} / jaxrotor"] = at / run
     print(f"compiling: {compiling:.0f} s", file=sys.stderr)
+    record("identification", machine, ratios, [("run s", run), ("compile s", compiling)])
 
 
 if __name__ == "__main__":

@@ -190,8 +190,10 @@ def main() -> None:
         child(*given.child)
         return
     from machine import header
+    from record import record
 
-    print(header(*(() if given.mine else ("ross-rotordynamics",))))
+    print(machine := header(*(() if given.mine else ("ross-rotordynamics",))))
+    ratios, rows = {}, []
     titles = ("", "first", "later", "later, wall", "ROSS: first", "later", "later, wall")
     print(f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|")
     for task in given.tasks:
@@ -200,10 +202,14 @@ def main() -> None:
         if not given.mine and task not in ("order", "torsion"):
             ross_s, other = fresh("ross", task)
             row[3:] = [f"{x:.2f}" for x in ross_s]
+            ratios[f"ROSS / jaxrotor, {task}, first"] = ross_s[0] / mine_s[0]
+            ratios[f"ROSS / jaxrotor, {task}, later"] = ross_s[1] / mine_s[1]
+        rows.append((task, row))
         print(f"| {task} | {' | '.join(row)} |", flush=True)
         if task in ("modes", "campbell") and not given.mine:
             gap = np.abs(np.array(found) / other - 1).max()
             print(f"the frequencies of {task} agree to {gap:.0e}", file=sys.stderr)
+    record("linear", machine, ratios, rows)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from machine import two_rotors
+from scipy.integrate import odeint
 from sksundae.cvode import CVODE
 
 import jaxrotor as jr
-from jaxrotor.integrators.weights import STAGES, adams_weights, extrapolation, runge_kutta_weights
 from jaxrotor.machine.field import jacobian, vector_field
 from jaxrotor.machine.system import assemble
 
@@ -64,52 +64,15 @@ def diffrax_solve(solver, controller, t_end, max_steps, saveat):
     return lambda steps=False: run(two_rotors()) if steps else run(two_rotors())[0]
 
 
-def handwritten_scan(order=6, substeps=4, start=2, refinement=4):
-    """A minimal exponential Adams method: one scan, nothing that this machine does not need.
+def by_hand(order=6, substeps=2):
+    """Equations written by hand for this machine, by the bare loop of jaxrotor's method (fitted.py)."""
+    import fitted
 
-    The first `start` samples are made by Krogstad's ETD4RK in steps `refinement` times shorter.
-    """
-    f = handwritten.field()
-    h = SAMPLE / substeps
-    A = jnp.asarray(figures.jacobian(LINEARISE_AT))
-    ahead = extrapolation(order)
-
-    @jax.jit
-    def run(t0):
-        w, s = adams_weights(A, h, order), runge_kutta_weights(A, h / refinement)
-
-        def N(t, y):
-            return f(t, y) - A @ y
-
-        def fine(y, t):
-            k = h / refinement
-            stages = jnp.zeros((5, 48)).at[0].set(y)
-            for i, at in enumerate(STAGES):
-                stages = stages.at[i + 1].set(N(t + at * k, s[i] @ stages.ravel()))
-            y = s[4] @ stages.ravel()
-            return y, y
-
-        t = t0 + h / refinement * jnp.arange(start * substeps * refinement)
-        _, short = jax.lax.scan(fine, jnp.zeros(48), t)
-        first = jnp.concatenate([jnp.zeros((1, 48)), short[refinement - 1 :: refinement]])
-        at = t0 + h * jnp.arange(first.shape[0] - order, first.shape[0])
-        history = jax.vmap(N)(at, first[-order:])[::-1].ravel()
-
-        def one(carry, i, t):
-            y, history = carry
-            t = t + (i + 1) * h
-            predicted = w.predict @ jnp.concatenate([y, history])
-            y = predicted + w.correct @ (N(t, predicted) - ahead @ history.reshape(order, 48))
-            return y, jnp.concatenate([N(t, y), history[:-48]])
-
-        def sample(carry, t):
-            carry = jax.lax.scan(lambda c, i: (one(c, i, t), None), carry, jnp.arange(substeps))[0]
-            return carry, carry[0][jnp.array([1, 5])]
-
-        _, rest = jax.lax.scan(sample, (first[-1], history), jnp.asarray(TIMES[start:-1]))
-        return jnp.concatenate([first[::substeps, jnp.array([1, 5])], rest])
-
-    return lambda: run(0.0)
+    prepare, run = fitted.method(order, substeps, T_END)
+    prepare = jax.jit(prepare, compiler_options=fitted.QUICK)
+    figures_ = {k: np.asarray(v) for k, v in handwritten.FIGURES.items()}
+    march = jax.jit(lambda ladder: run(figures_, ladder))
+    return lambda: march(prepare(fitted.constants()))
 
 
 SCALE = np.repeat([1e-3, 1e-3, 1e-6, 1e-2, 1e-2, 1e-2], 4)  # m, rad: peaks of the coordinates
@@ -127,5 +90,62 @@ def cvode(rtol, atol=1.0, **options):
         solution = solver.solve(TIMES, np.zeros(48))
         assert solution.success, solution.message
         return solution.y[:, [1, 5]]
+
+    return run
+
+
+def lsoda(rtol):
+    """SciPy's, of the same compiled equations and Jacobian, tolerances weighed by size."""
+    rhs, jac, _ = handwritten.compiled()
+    atol = rtol * np.concatenate([SCALE, 1e3 * SCALE])
+    out, J = np.empty(48), np.empty((48, 48))
+
+    def field(t, y):
+        rhs(t, y, out)
+        return out
+
+    def jacobian(t, y):
+        jac(t, y, out, J)
+        return J
+
+    def run():
+        y = odeint(
+            field,
+            np.zeros(48),
+            TIMES,
+            Dfun=jacobian,
+            rtol=rtol,
+            atol=atol,
+            tfirst=True,
+            mxstep=10**6,
+        )
+        return y[:, [1, 5]]
+
+    return run
+
+
+class _Problem:
+    """The machine as gradsolve takes one."""
+
+    name, dim, is_stiff, t0 = "two_rotors", 48, True, 0.0
+
+    def __init__(self, t_end):
+        self.t1, self.system = t_end, assemble(two_rotors())
+
+    def f_jax(self, t, y, p):
+        return vector_field(jnp.asarray(t, float), y, self.system)
+
+
+def gradsolve(t_end, rtol):
+    """Its own choice of engine for a stiff system on a processor; the last state."""
+    import gradsolve as gs
+
+    problem = _Problem(t_end)
+
+    def run():
+        found = gs.solve(
+            problem, np.zeros((1, 48)), np.zeros((1, 1)), rtol=rtol, atol=1e-3 * rtol, device="cpu"
+        )
+        return np.asarray(found.y_final)[0], found.solver
 
     return run

@@ -24,6 +24,7 @@ jax.config.update("jax_enable_x64", True)
 import jax.numpy as jnp
 import numpy as np
 from machine import header
+from record import record
 from relinearised import ExponentialRosenbrock
 from scipy.integrate import odeint, solve_ivp
 from stiff_equations import MACHINES
@@ -126,7 +127,9 @@ def solvers(machine, field, start, t_end):
 
 
 def main() -> None:
-    print(header("diffrax", "scipy", "numba", *(["scikit-sundae"] if CVODE else [])))
+    machine_of = header("diffrax", "scipy", "numba", *(["scikit-sundae"] if CVODE else []))
+    print(machine_of)
+    table = []
     for name, (build, field, start, t_end) in MACHINES.items():
         machine = build()
         exact, _ = ours(machine, start, t_end, jr.Rosenbrock(), 1e-12)()
@@ -145,10 +148,38 @@ def main() -> None:
                     seconds.append(time.process_time() - began)
                 best = min(seconds[1:])
                 error = np.max(np.abs(found[:count] - exact[: len(found)])) / size
+                table.append((name, words, tol, best, float(error)))
                 print(
                     f"  {words:28}{tol:10.0e}{seconds[0] - best:11.1f}{best:9.3f}{error:9.0e}{steps:9d}",
                     flush=True,
                 )
+    record("stiff", machine_of, dict(ratios(table)), table)
+
+
+def ratios(table):
+    """How many times as long CVODE takes as Rodas5P at equal error, at 1e-5 and 1e-7 of the path."""
+    for name in MACHINES:
+        for target in (1e-5, 1e-7):
+            own, peer = (
+                at_error(
+                    [(e, s) for n, w, _, s, e in table if n == name and w.startswith(words)], target
+                )
+                for words in ("Rodas5P", "CVODE")
+            )
+            if own and peer:
+                yield f"CVODE / Rodas5P, {name}, at {target:.0e}", peer / own
+
+
+def at_error(rows, error):
+    """Run time at that error: log-log between rows, and beyond them along the last two."""
+    if len(rows) < 2:
+        return None
+    x, y = np.log(np.array(sorted(rows))).T
+    slope = np.polyfit(x, y, 1)
+    inside = x[0] <= np.log(error) <= x[-1]
+    return float(
+        np.exp(np.interp(np.log(error), x, y) if inside else np.polyval(slope, np.log(error)))
+    )
 
 
 if __name__ == "__main__":

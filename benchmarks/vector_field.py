@@ -18,6 +18,7 @@ import jax.numpy as jnp  # noqa: E402
 import numpy as np  # noqa: E402
 from figures import STATIONS  # noqa: E402
 from machine import header, two_rotors  # noqa: E402
+from record import record  # noqa: E402
 
 from jaxrotor.machine.field import vector_field
 from jaxrotor.machine.system import assemble
@@ -90,7 +91,7 @@ def _instructions(compiled):
 
 
 def main():
-    print(header("diffrax", "equinox"))
+    print(words := header("diffrax", "equinox"))
     machine = two_rotors()
     names = [
         machine.wiring.stations[m] for g in assemble(machine).layout.stations for m in g.members
@@ -116,6 +117,8 @@ def main():
     )
     for name, (seconds, us, (count, trig)) in zip(inputs, results):
         print(f"{name:26}{seconds:10.2f}{us:9.2f}{count:14d}{trig:9d}{us / results[0][1]:7.2f}")
+    ratios = {"by hand, figures traced / jaxrotor": results[1][1] / results[2][1]}
+    record("vector_field", words, ratios, [(n, *r) for n, r in zip(inputs, results)])
 
 
 if __name__ == "__main__":

@@ -20,6 +20,9 @@ def columns(
         return jax.jvp(f, (x,), (direction,))
 
     every = jnp.eye(x.size)
+    if not x.size:
+        value = f(x)
+        return jnp.zeros((value.size, 0)), value
     if x.size > _MANY:
         value, slopes = jax.vmap(along, out_axes=(None, 1))(every)
         return slopes, value

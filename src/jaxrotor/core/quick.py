@@ -62,14 +62,25 @@ def lightly_compiled(function: F) -> F:
 
 
 def jit(function: F) -> F:
-    """`eqx.filter_jit` with options of XLA that suit machines: a gradient is compiled in two thirds of the
-    time, a batch in half, and runs as fast.
+    """Compiles `function` as a whole, with options of XLA that suit machines: a gradient takes two thirds of
+    the time that `jax.jit` takes to compile it, a batch half, and both run as fast.
 
-    `jr.jit(eqx.filter_value_and_grad(peak))(machine)`. What of the arguments is an array may change without
-    compiling anew. Inside another program, or under `grad` and `vmap`, it is `eqx.filter_jit`: it goes
-    around the whole. An option that stands in `XLA_FLAGS`, or that this XLA does not know, is left alone.
+    `jr.jit(eqx.filter_value_and_grad(peak))(machine)`. Machines and all that holds arrays may be arguments;
+    another value in an array, or another float, compiles nothing anew, while whole numbers and strings are
+    part of the program (as for `eqx.filter_jit`). Put it around the whole: inside another program, or under
+    `grad` or `vmap`, there are no options. One that stands in `XLA_FLAGS`, or that this XLA does not know, is
+    left alone.
     """
-    return lightly_compiled(function)
+    light = lightly_compiled(function)
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        args, kwargs = jax.tree.map(
+            lambda x: jnp.asarray(x, float) if type(x) is float else x, (args, kwargs)
+        )
+        return light(*args, **kwargs)
+
+    return call  # pyright: ignore[reportReturnType]
 
 
 def _compiled(function: F, options: dict[str, Any]) -> F:

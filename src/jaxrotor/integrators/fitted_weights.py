@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .phi import balance, phi_functions, turning_powers
+from .phi import balance, phi_columns, turning_powers
 
 # rad: with so much to a step the past values tell the pair apart well; at half a turn they cannot at all.
 LARGEST_TURN = 2.0
@@ -60,10 +60,11 @@ def moments(
     """What weights by `order` past values are mixed from, for steps of `h/2^levels`, ..., `h/2`, `h`:
     stacked. Those of `h` turn by `turn`, the shorter ones by as much less."""
     d = balance(A)
-    phi = phi_functions(h * A * d[None, :] / d[:, None], order + _MORE, turn, levels)
-    phi = phi * (d[:, None] / d[None, :])
+    balanced = h * A * d[None, :] / d[:, None]
+    flow, means = phi_columns(balanced, order + _MORE, turn, levels, exact_rows)
+    back = d[:, None] / d[None, :]
     lengths = (h * 2.0 ** -np.arange(levels, -1.0, -1.0))[:, None, None, None]
-    return Moments(phi[:, 0] + jnp.eye(A.shape[0]), lengths * phi[:, 1:, :, exact_rows:])
+    return Moments(flow * back + jnp.eye(A.shape[0]), lengths * means * back[:, exact_rows:])
 
 
 def weights_of(own: Moments, past, after, ahead) -> FittedWeights:

@@ -5,7 +5,7 @@ correction (`Rung.follow`). The pair that weights are fitted to goes with the sp
 it costs little, and accuracy hangs on it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -29,10 +29,11 @@ from .fitted_weights import (
 RUNGS, _FITS = 4, 16
 
 
-def rung_speeds(top: Float[Array, ""], rungs: int = RUNGS) -> Float[Array, " s"]:
-    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed)."""
+def rung_speeds(top: Any, rungs: int = RUNGS, xp: Any = jnp) -> Any:
+    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed); (s,), in `xp`'s
+    arrays."""
     # at a standstill the slopes still need a distance
-    top = jnp.where(top == 0.0, 1.0, top)
+    top = xp.where(top == 0.0, 1.0, top)
     return top * (np.arange(rungs) + 0.5) / rungs
 
 
@@ -132,10 +133,11 @@ def ladder_of(
     speeds_of_parts: Float[Array, " o"] | None = None,
     start: Float[Array, ""] | float = 0.0,
     chains: Chains | None = None,
+    parts: Chains | None = None,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
-    jumps. `chains`: of A, `h` and the speeds, where they are known."""
+    jumps. `chains` of the speeds and `parts` of the parts of intervals, where they are known."""
     s, d, _ = A.shape
     steps = first_steps(order)
     near = turn_of(speeds, h)
@@ -151,7 +153,9 @@ def ladder_of(
     count = 1 if single else s
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
         at = jnp.argmin(jnp.abs(speeds[:, None] - speeds_of_parts), axis=0)
-        parts = chains_of(A[at], blocks.lengths, jnp.zeros(blocks.lengths.size), order, exact_rows)
+        if parts is None:
+            none = jnp.zeros(blocks.lengths.size)
+            parts = chains_of(A[at], blocks.lengths, none, order, exact_rows)
         regular, starting = jax.tree.map(
             lambda a, b: jnp.concatenate([a, b]), Chains(regular, starting), parts
         )

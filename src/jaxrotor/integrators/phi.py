@@ -11,6 +11,7 @@ Source: Skaflestad & Wright, Appl. Numer. Math. 59 (2009) 783, eq. (2.13).
 """
 
 from math import factorial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -74,20 +75,42 @@ def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:
     return jnp.concatenate([shift[:-2], last.at[0, -1].set(-(turn**2) * turned[1])])
 
 
-def _double(phi: Float[Array, "d p d"], shift: Array | np.ndarray) -> Float[Array, "d p d"]:
-    """`(phi_0 - 1, phi_1, ...)` of 2z from those of z. Side by side they take one product of matrices."""
-    d, count, _ = phi.shape
-    product = (phi[:, 0] @ phi.reshape(d, count * d)).reshape(d, count, d)
-    rest = phi[:, 1:] + jnp.einsum("pq,aqb->apb", shift, phi[:, 1:])
-    halves = 2.0 ** -np.arange(1.0, count)[:, None]
-    first = 2 * phi[:, 0] + product[:, 0]
-    return jnp.concatenate([first[:, None], halves * (product[:, 1:] + rest)], axis=1)
+class Phi(NamedTuple):
+    """`flow`: phi_0 - 1; `means`: some columns of phi_1, phi_2, ..."""
+
+    flow: Float[Array, "*l d d"]
+    means: Float[Array, "*l p d m"]
+
+
+def _double(phi: Phi, shift: Array | np.ndarray) -> Phi:
+    """Of 2z from those of z. Side by side they take one product of matrices."""
+    count, d, m = phi.means.shape
+    beside = jnp.concatenate(
+        [phi.flow, jnp.moveaxis(phi.means, 0, 1).reshape(d, count * m)], axis=1
+    )
+    product = phi.flow @ beside
+    means = jnp.moveaxis(product[:, d:].reshape(d, count, m), 1, 0)
+    rest = phi.means + jnp.einsum("pq,qab->pab", shift, phi.means)
+    halves = 2.0 ** -np.arange(1.0, count + 1)[:, None, None]
+    return Phi(2 * phi.flow + product[:, :d], halves * (means + rest))
 
 
 def phi_functions(
     z: Float[Array, "d d"], count: int, turn: Float[Array, ""] | None = None, levels: int = 1
 ) -> Float[Array, "l p d d"]:
-    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2^levels`, ..., `z/2`, `z`: (levels + 1, p, d, d).
+    """`phi_0 - 1, phi_1, ..., phi_count` of `z/2^levels`, ..., `z/2`, `z`: (levels + 1, p, d, d)."""
+    flow, means = phi_columns(z, count, turn, levels)
+    return jnp.concatenate([flow[:, None], means], axis=1)
+
+
+def phi_columns(
+    z: Float[Array, "d d"],
+    count: int,
+    turn: Float[Array, ""] | None = None,
+    levels: int = 1,
+    first: int = 0,
+) -> Phi:
+    """`phi_functions`, but for phi_0 only the columns from `first` on, which is what weights are made of.
 
     With `turn` (rad) the last two have, in place of `s^n/n!`, the `turning_powers` of their n, so that
     with those before them they integrate `cos(turn s)` and `sin(turn s)` too. No inverse is taken of
@@ -121,7 +144,7 @@ def phi_functions(
 
     begin = (top, jnp.zeros_like(top))
     _, rest = jax.lax.scan(downward, begin, (at_one[:count], skipped), reverse=True)
-    start = jnp.moveaxis(jnp.concatenate([rest, top[None]]), 0, 1)
+    means = jnp.concatenate([rest[1:], top[None]])[..., first:]
 
     def doubled(phi, i):
         return _double(phi, _shift(None if own is None else own * 2.0**i, count))
@@ -133,6 +156,7 @@ def phi_functions(
         phi = doubled(phi, doublings - levels + i)
         return phi, phi
 
+    start = Phi(rest[0], means)
     lowest, _ = jax.lax.scan(below, start, jnp.arange(float(MAX_DOUBLINGS - levels)))
     _, rest = jax.lax.scan(level, lowest, jnp.arange(float(levels)))
-    return jnp.moveaxis(jnp.concatenate([lowest[None], rest]), 2, 1)
+    return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), lowest, rest)

@@ -139,8 +139,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         """Of steps of h (s), and of half of it, by one call."""
         at, A = linear[w]
         steps = np.repeat([h, 0.5 * h], _RUNGS)
-        every = map(jnp.asarray, (np.tile(A, (2, 1, 1)), steps, np.tile(at, 2)))
-        both = jax.tree.map(np.asarray, known_chains(*every, order, rows))
+        both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), order, rows)
         halves = both, jax.tree.map(lambda x: x[_RUNGS:], both)
         coarse, fine = (jax.tree.map(lambda x: x[:_RUNGS], half) for half in halves)
         return Known(A, coarse), Known(A, fine)
@@ -315,7 +314,8 @@ def pilot(
         both = jax.tree.map(lambda *x: jnp.stack(x), *known)
 
     def run(x):
-        h, (A, chains) = x
+        h, own = x
+        A = own.linear
 
         # at a constant speed, loads as they are at that instant: no jump falls into the pilot
         def turning(t, y):
@@ -324,11 +324,11 @@ def pilot(
             # what acts from the start, or comes up smoothly over half of the steps
             begun = jnp.clip(t / (0.5 * _STEPS * steps[0]), 0.0, 1.0)
             begun = begun**4 * (35 + begun * (-84 + begun * (70 - 20 * begun)))
-            own = A[-1] @ y
-            return own + jnp.where(abrupt, 1.0, begun) * (dy - own)
+            linear = A[-1] @ y
+            return linear + jnp.where(abrupt, 1.0, begun) * (dy - linear)
 
         blocks = blocks_of(h, 2 * _STEPS, 1, order, jnp.zeros(0), length=8)
-        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top, chains=chains)
+        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top, chains=own.chains)
         return run_through(turning, ladder, blocks, lambda t, y: top, y0, Method(evaluations)).kept[
             :, :n
         ]

@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.quick import quickly_compiled
+from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.blocks import LENGTH, Blocks, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..integrators.fitted_weights import turn_of
-from ..integrators.ladder import Chains, Ladder, chains_of, ladder_of, rung_speeds
+from ..integrators.ladder import RUNGS, Chains, Ladder, chains_of, ladder_of, rung_speeds
 from ..machine.field import jacobians, n_free
 from ..machine.layout import lay_out
 from ..machine.lineup import structure_of
@@ -36,10 +36,11 @@ class Prepared(eqx.Module):
 
 class Known(NamedTuple):
     """What pilots and a run find by the same programs, compiled once: A at each rung, and of regular steps
-    there what weights are mixed from."""
+    there what weights are mixed from; and that of the parts of intervals beside jumps."""
 
     linear: Float[Array, "s d d"]
-    chains: Chains | None
+    chains: Chains | None = None
+    parts: Chains | None = None
 
 
 @quickly_compiled
@@ -51,10 +52,26 @@ def rungs_of(
     return speeds, jacobians(assemble(machine, nominal=True), speeds)
 
 
-@quickly_compiled
-def known_chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
-    """Each array of one length: A, steps (s) and speeds (rad/s)."""
+# Chains that are made by one call.
+TOGETHER = RUNGS
+
+
+@lightly_compiled
+def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
     return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
+
+
+def known_chains(
+    A: np.ndarray, h: np.ndarray, speeds: np.ndarray, order: int, exact_rows: int
+) -> Chains:
+    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program."""
+    count = len(h)
+    many = np.minimum(np.arange(-(-count // TOGETHER) * TOGETHER), count - 1)
+    found = []
+    for at in many.reshape(-1, TOGETHER):
+        own = _chains(*(jnp.asarray(x[at]) for x in (A, h, speeds)), order, exact_rows)
+        found.append(jax.tree.map(np.asarray, own))
+    return jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
 
 
 def coordinates_of(machine: Machine) -> int:
@@ -62,18 +79,49 @@ def coordinates_of(machine: Machine) -> int:
     return len(lay_out(structure_of(machine)).free)
 
 
+class Steps(NamedTuple):
+    """`blocks` of a run; speeds (rad/s) of their parts of intervals, and at the start."""
+
+    blocks: Blocks
+    of_parts: Float[Array, " o"]
+    start: Float[Array, ""]
+
+
 def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     """For a run alone; `None` where its solver has another linear part or steps of its own."""
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    top = 2 * np.asarray(setup.linearised_at)
-    (speeds, A), chains = rungs_of(machine, jnp.asarray(top)), None
-    if setup.grid is None:
-        h = np.asarray(setup.interval) / np.asarray(setup.substeps)
-        steps = jnp.asarray(np.full(speeds.shape, h))
-        chains = known_chains(A, steps, speeds, solver.order_, coordinates_of(machine))
-    return Known(A, chains)
+    return Known(rungs_of(machine, jnp.asarray(2 * np.asarray(setup.linearised_at)))[1])
+
+
+def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -> Prepared:
+    """By programs that plans have used: outside of any other."""
+    order, rows = setup.solver.order_, coordinates_of(machine)  # pyright: ignore
+    top, of_parts = 2 * np.asarray(setup.linearised_at), np.asarray(steps.of_parts)
+    A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, xp=np))
+    h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
+    chains, parts = known_chains(A, h, speeds, order, rows), None
+    if of_parts.size:
+        at = np.argmin(np.abs(speeds[:, None] - of_parts), axis=0)
+        lengths = np.asarray(steps.blocks.lengths)
+        parts = known_chains(A[at], lengths, np.zeros(lengths.shape), order, rows)
+    known = jax.tree.map(jnp.asarray, Known(A, chains, parts))
+    return Prepared(blocks=steps.blocks, ladder=_ladder(setup, known, steps, rows))
+
+
+@quickly_compiled
+def _ladder(setup: RunSetup, known: Known, steps: Steps, exact_rows: int) -> Ladder:
+    return ladder_of(
+        rung_speeds(2 * setup.linearised_at),
+        known.linear,
+        setup.interval / setup.substeps,
+        setup.solver.order_,  # pyright: ignore
+        exact_rows,
+        *steps,
+        known.chains,
+        known.parts,
+    )
 
 
 def assembled(
@@ -116,35 +164,32 @@ def prepare(
     if isinstance(solver, ETD4RK):
         by_speed = jnp.where(w != 0.0, (A[0] - A[1]) / jnp.where(w != 0.0, w, 1.0), 0.0)
         return Prepared(linear=A[0], by_speed=by_speed)
+    refine, steps = steps_of(system, setup)
+    # of our own A the leading rows, rates of the coordinates, are all there is
+    rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
+    substeps = -(-setup.substeps // refine)
+    h = setup.interval / refine / substeps
+    ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps)  # pyright: ignore
+    return Prepared(blocks=steps.blocks, ladder=ladder)
+
+
+def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
+    """Of the Adams method; and into how many parts clocks refine a sample interval."""
     ticking = ticking_of(setup, system)
     refine = 1 if ticking is None else ticking.refine
-    interval, substeps = setup.interval / refine, -(-setup.substeps // refine)
     blocks = blocks_of(
-        interval,
+        setup.interval / refine,
         setup.intervals * refine,
-        substeps,
-        solver.order_,  # pyright: ignore
+        -(-setup.substeps // refine),
+        setup.solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
         length=LENGTH if setup.room is None else setup.room.length,
         room=None if setup.room is None else setup.room.most,
     )
-    # of our own A the leading rows, rates of the coordinates, are all there is
-    rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
     of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)
     start = system.reference(jnp.zeros(()))[1] if setup.speed is None else setup.speed
-    ladder = ladder_of(
-        speeds,
-        A,
-        interval / substeps,
-        solver.order_,  # pyright: ignore
-        rows,
-        blocks,
-        of_parts,
-        start,
-        known.chains if known and not extra else None,
-    )
-    return Prepared(blocks=blocks, ladder=ladder)
+    return refine, Steps(blocks, of_parts, start)
 
 
 def ticking_of(setup: RunSetup, system: System) -> Ticking | None:

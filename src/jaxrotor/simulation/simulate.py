@@ -28,7 +28,7 @@ from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, remember, unresolved
 from .plan import Plan, refined
-from .prepared import Known, Prepared, assembled, known_of, prepare
+from .prepared import Known, Prepared, Steps, assembled, known_of, prepare, steps_of, with_ladder
 from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
@@ -219,7 +219,10 @@ def _run(
         own = roomy(setup, told) if alone else setup
 
         def call():
-            y0, checks, prepared = _begin(machine, own, known_of(machine, own) if alone else None)
+            known = known_of(machine, own) if alone else None
+            y0, checks, prepared = _begin(machine, own, known)
+            if isinstance(prepared, Steps):
+                prepared = with_ladder(machine, own, known, prepared)  # pyright: ignore
             found = *_march(machine, own, y0, prepared, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
@@ -242,10 +245,15 @@ def _run(
 
 
 @quickly_compiled
-def _begin(machine: Machine, setup: RunSetup, known: Known | None) -> tuple[Array, Array, Prepared]:
-    """The state at t = 0, and checks of it; and what the march needs."""
+def _begin(
+    machine: Machine, setup: RunSetup, known: Known | None
+) -> tuple[Array, Array, Prepared | Steps]:
+    """The state at t = 0, and checks of it; and what the march needs, or its steps alone where other programs
+    know the weights."""
     system, balanced = assembled(machine, setup, known)
     y0, checks = start(system, balanced, setup.initial, setup.speed)
+    if known is not None and setup.grid is None:
+        return y0, checks, steps_of(system, setup)[1]
     return y0, checks, prepare(system, balanced, setup, known)
 
 
