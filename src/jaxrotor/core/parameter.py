@@ -47,7 +47,10 @@ def as_float64(value: Any) -> Any:
         if found is None:
             return value
         with jax.ensure_compile_time_eval():  # inside jit a plain number stays a known number
-            return jnp.asarray(value if isinstance(value, Array) else found, dtype=jnp.float64)
+            if isinstance(value, Array):
+                return jnp.asarray(value, dtype=jnp.float64)
+            # (`jnp.asarray` would compile a program for each new shape)
+            return jax.device_put(np.asarray(found, np.float64))
     except (TypeError, ValueError):
         return value
 

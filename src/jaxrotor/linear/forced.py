@@ -48,9 +48,9 @@ class _Turning:
         self.outputs: tuple[Output, ...] = outputs
 
     def at(self, found: Steady, speed: float) -> _Excited:
-        where = (jnp.asarray(found.y), jnp.asarray(np.float64(speed)))
+        where = jax.device_put((found.y, np.float64(speed)))
         forces, direct = _turned(
-            self.pair, self.outputs, *where, jnp.asarray(found.held), self.angles
+            self.pair, self.outputs, *where, jax.device_put(found.held), self.angles
         )
         forces, direct = self.waves @ np.asarray(forces), self.waves @ np.asarray(direct)
         if self.rows is not None:

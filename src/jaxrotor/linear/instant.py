@@ -68,7 +68,7 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
     n, d = n_free(prepared.system), len(y)
     force = np.zeros(n) if force is None else force
     # a number of Python would be a constant of the program
-    given = map(jnp.asarray, (y, np.float64(speed), force))
+    given = jax.device_put((y, np.float64(speed), force))
     found, slopes, state = _instant(prepared.system, prepared.angle, *given)
     found, slopes = np.asarray(found), np.asarray(slopes)
     return Instant(
@@ -107,7 +107,7 @@ def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
 
 
 def flat_state(prepared: Prepared, state: State, speed: float) -> np.ndarray:
-    return np.asarray(_flat_state(prepared, state, jnp.asarray(np.float64(speed))))
+    return np.asarray(_flat_state(prepared, state, jax.device_put(np.float64(speed))))
 
 
 @quickly_compiled

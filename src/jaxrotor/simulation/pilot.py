@@ -147,15 +147,15 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     def seen(substeps: int, evaluations: int) -> float:
         h = interval / substeps
         each = {w: known(w, h) for w in linear}
-        every = jax.tree.map(lambda *x: jnp.asarray(np.stack(x)), *(each[w] for w in speeds))
-        at = map(jnp.asarray, (instants, harsh, np.float64(h), np.array(speeds)))
+        every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
+        at = jax.device_put((instants, np.bool_(harsh), np.float64(h), np.array(speeds)))
         return float(pilots(machine, *at, order, evaluations, every))
 
     first = fewest(max(top, float(given.frequency)), interval)
     found = _search(seen, first, order, tolerance)
     if found is None:
         blame = (
-            not_finite(machine, jnp.asarray(instants))
+            not_finite(machine, jax.device_put(instants))
             if not math.isfinite(seen(first, 1))
             else None
         )
@@ -260,7 +260,7 @@ def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float
     """rad/s: the last pilot's is `top`, the others' the drive's own there."""
     # as many as `looks`: the same program
     times = np.resize(instants, looks(1.0).size)
-    own = np.asarray(prescribed(machine, jnp.asarray(times)).speeds)[: instants.size]
+    own = np.asarray(prescribed(machine, jax.device_put(times)).speeds)[: instants.size]
     speeds = np.where(own != 0, own, top)
     speeds[-1] = top
     return speeds.tolist()
@@ -268,7 +268,7 @@ def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float
 
 def _rungs(machine: Machine, top: float) -> tuple[np.ndarray, np.ndarray]:
     """The rungs that a pilot at `top` (rad/s) knows: speeds (rad/s), and A there."""
-    speeds, A = rungs_of(machine, jnp.asarray(np.float64(top)))
+    speeds, A = rungs_of(machine, jax.device_put(np.float64(top)))
     return np.asarray(speeds)[-_RUNGS:], np.asarray(A)[-_RUNGS:]
 
 

@@ -64,12 +64,13 @@ def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
 def known_chains(
     A: np.ndarray, h: np.ndarray, speeds: np.ndarray, order: int, exact_rows: int
 ) -> Chains:
-    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program."""
+    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program.
+    (`device_put`: `jnp.asarray` compiles a program for each new shape.)"""
     count = len(h)
     many = np.minimum(np.arange(-(-count // TOGETHER) * TOGETHER), count - 1)
     found = []
     for at in many.reshape(-1, TOGETHER):
-        own = _chains(*(jnp.asarray(x[at]) for x in (A, h, speeds)), order, exact_rows)
+        own = _chains(*jax.device_put((A[at], h[at], speeds[at])), order, exact_rows)
         found.append(jax.tree.map(np.asarray, own))
     return jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
 
@@ -92,7 +93,7 @@ def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    return Known(rungs_of(machine, jnp.asarray(2 * np.asarray(setup.linearised_at)))[1])
+    return Known(rungs_of(machine, jax.device_put(2 * np.asarray(setup.linearised_at)))[1])
 
 
 def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -> Prepared:
@@ -106,7 +107,7 @@ def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -
         at = np.argmin(np.abs(speeds[:, None] - of_parts), axis=0)
         lengths = np.asarray(steps.blocks.lengths)
         parts = known_chains(A[at], lengths, np.zeros(lengths.shape), order, rows)
-    known = jax.tree.map(jnp.asarray, Known(A, chains, parts))
+    known = jax.device_put(Known(A, chains, parts))
     return Prepared(blocks=steps.blocks, ladder=_ladder(setup, known, steps, rows))
 
 

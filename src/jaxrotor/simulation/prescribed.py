@@ -48,12 +48,12 @@ def looks(t_end: float) -> np.ndarray:
 def prescribed_until(machine: Machine, t_end: float) -> Prescribed:
     """In numbers, at `looks(t_end)`; `machine` may be wrapped by `grad`."""
     machine = in_numbers(machine)
-    return jax.tree.map(np.asarray, prescribed(machine, jnp.asarray(looks(t_end))))
+    return jax.tree.map(np.asarray, prescribed(machine, jax.device_put(looks(t_end))))
 
 
 def in_numbers(machine: Machine) -> Machine:
     """Free of what `grad` wraps around them: the choice of a step has no derivative."""
-    return jax.tree.map(lambda x: jnp.asarray(numbers(x)), machine)
+    return jax.tree.map(lambda x: jax.device_put(np.asarray(numbers(x))), machine)
 
 
 def top_speed(machine: Machine, t_end: float, speed: Any = None) -> tuple[float, float]:

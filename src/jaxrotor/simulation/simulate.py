@@ -239,7 +239,7 @@ def _run(
             ) from None
     y, steps, error, checks = found
     if own.count > count:
-        y = jnp.asarray(np.asarray(y)[:count])
+        y = jax.device_put(np.asarray(y)[:count])
     gap = checks if simulation.start == "steady" else None
     return told_of(setup.times, y, steps=steps, error=error, steady_gap=gap), checks
 
