@@ -6,8 +6,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from tqdm import tqdm
-
 # Seconds that go without a word, on a terminal and in a file; and between two words there.
 _SILENT, _LINE = 3.0, 10.0
 # Seconds of a pause that ends what belongs together.
@@ -68,6 +66,8 @@ def _watch(over: threading.Event, began: float) -> None:
         )
         if terminal:
             if bar is None:
+                from tqdm import tqdm  # takes longer to load than most of what nobody waits for
+
                 bar = tqdm(bar_format="{desc}", file=sys.stderr, leave=False)
             bar.set_description_str(text)
             said = time.monotonic() + 0.5 - _SILENT

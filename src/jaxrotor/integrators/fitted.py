@@ -84,7 +84,7 @@ def run_through(
     samples is handed over, part by part, while it comes.
     """
     k, m = ladder.order, ladder.moments.mean.shape[3]
-    length = blocks.length
+    length, exact = blocks.length, (method.lasting or told) and watch is None
 
     def block(carried: _Carried, x):
         begin, h, count, kind, odd, opens, filled, ends, piece, due = x
@@ -102,6 +102,9 @@ def run_through(
         N = jnp.where(filled, coarse, N)
         N = _rebased(N, states, ladder.A[ladder.linearisation(before, odd)] - A)
 
+        # the probe stands behind the last step
+        last = count if exact else length
+
         def instant(j):
             t = begin + j * h
             return t if piece is None else held_within(piece, t)
@@ -110,7 +113,7 @@ def run_through(
             y, N = carry
             x, expected = weights.predict @ jnp.concatenate([y, N.ravel()]), weights.ahead @ N
             if method.probe:
-                probing = j == length
+                probing = j == last
                 x, expected = jnp.where(probing, y, x), jnp.where(probing, N[0], expected)
             t1 = instant(jnp.minimum(j, count - 1) + 1)
             x, gap, first = _corrected(f, A, weights, follow, method.evaluations, t1, x, expected)
@@ -121,12 +124,10 @@ def run_through(
             N = jnp.where(is_step, jnp.concatenate([(expected + gap)[None], N[:-1]]), N)
             return (y, N), (y, first if method.probe else None)
 
-        one_again = jax.checkpoint(one, prevent_cse=False)
-
-        def kept(carry, j):
-            return one_again(checkpoint_name(carry, "steps"), j)
-
-        (y1, N), (ys, gaps) = jax.lax.scan(kept, (y, N), jnp.arange(length + method.probe))
+        if exact:
+            (y1, N), (ys, gaps) = _as_many(one, (y, N), last + method.probe, length + method.probe)
+        else:
+            (y1, N), (ys, gaps) = _all(one, (y, N), length + method.probe)
         ys, pushes = ys[:length], opens | ends
         coarse = jnp.where(pushes, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
         states = jnp.where(pushes, jnp.concatenate([y1[None], states[:-1]]), states)
@@ -134,26 +135,51 @@ def run_through(
         seen = jnp.concatenate([y[None], ys])
         if watch is not None:
             seen = watch(jax.vmap(instant)(jnp.arange(length + 1.0)), seen)
-        told_gaps = (None, None) if gaps is None else _gaps(gaps, regular, count)
-        return _Carried(y1, N, coarse, states, rung), (seen, *told_gaps)
+        probed = None
+        if gaps is not None:
+            probed = _probed(gaps, last, regular & (count == length))
+        return _Carried(y1, N, coarse, states, rung), (seen, gaps, probed)
 
     zero = jnp.zeros((k, m))
     rung = ladder.nearest(jax.lax.stop_gradient(speed(blocks.begin[0], y0)))
     first = _Carried(y0, zero, zero, jnp.zeros((k, y0.size)), rung)
     policy = jax.checkpoint_policies.save_only_these_names("steps")
     block = jax.checkpoint(block, prevent_cse=False, policy=policy)
-    if method.lasting or told:
-        found = _while_used(block, first, blocks, told)
-    else:
-        _, found = jax.lax.scan(block, first, blocks.per_block)
-    seen, grown, probed = found
+    if exact:
+        return _while_used(block, first, blocks, m, method.probe, told)
+    _, (seen, gaps, probed) = jax.lax.scan(block, first, blocks.per_block)
 
     def at_samples(x):
         return x.reshape(x.shape[0] * x.shape[1], *x.shape[2:])[blocks.samples]
 
-    return Course(
-        jax.tree.map(at_samples, seen), None if grown is None else at_samples(grown), probed
-    )
+    grown = None
+    if gaps is not None:
+        own, step = jnp.divmod(blocks.samples, length + 1)
+        known = (step >= 2) & (blocks.kind[own] == REGULAR) & (step <= blocks.count[own])
+        step = jnp.maximum(step, 2)
+        grown = jax.vmap(_grown)(known, gaps[own, step - 1], gaps[own, step - 2])
+    return Course(jax.tree.map(at_samples, seen), grown, probed)
+
+
+def _as_many(one: Callable, carry: Any, count: Array, most: int) -> Any:
+    """`one` so many times; what it gives as `scan` does, zeros beyond."""
+    shapes = jax.eval_shape(one, carry, jnp.asarray(0))[1]
+    kept = jax.tree.map(lambda x: jnp.zeros((most, *x.shape), x.dtype), shapes)
+
+    def step(j, both):
+        carry, kept = both
+        carry, found = one(carry, j)
+        place = jax.lax.dynamic_update_index_in_dim
+        return carry, jax.tree.map(lambda a, b: place(a, b, j, 0), kept, found)
+
+    return jax.lax.fori_loop(0, count, step, (carry, kept))
+
+
+def _all(one: Callable, carry: Any, most: int) -> Any:
+    """`one` as often as a block has room for. Backwards, of each what it began with is kept, and the rest is
+    made once more."""
+    again = jax.checkpoint(one, prevent_cse=False)
+    return jax.lax.scan(lambda c, j: again(checkpoint_name(c, "steps"), j), carry, jnp.arange(most))
 
 
 def _corrected(
@@ -178,17 +204,18 @@ def _corrected(
     return x, gap, seen[0]
 
 
-def _gaps(gaps: Float[Array, "l+1 m"], regular, count) -> tuple[Array, Array]:
-    """Of a block whose last step is the probe: the gap and its growth at its begin and behind each step,
-    where they are known; and what the probe found beside the last of both."""
-    gaps, length = jax.lax.stop_gradient(gaps), gaps.shape[0] - 1
-    before, last, found = gaps[length - 2 :]
-    probed = jnp.stack([found, last, last - before])
-    probed = jnp.where(regular & (count == length), probed, 0.0)
-    known = regular & (jnp.arange(length) < count)
-    own = jnp.where(known[:, None], gaps[:length], 0.0)
-    grown = jnp.stack([own[1:], own[1:] - own[:-1]], axis=1)
-    return jnp.pad(grown, ((2, 0), (0, 0), (0, 0))), probed
+def _probed(gaps: Float[Array, "l m"], last, whole) -> Float[Array, "3 m"]:
+    """Of a block whose probe is its row `last`: what it found, the gap before it, and by how much that had
+    grown. Zero where the block is not `whole`."""
+    found = jax.lax.dynamic_slice_in_dim(gaps, last - 2, 3)
+    before, gap, probe = jax.lax.stop_gradient(found)
+    return jnp.where(whole, jnp.stack([probe, gap, gap - before]), 0.0)
+
+
+def _grown(known, gap: Float[Array, " m"], before: Float[Array, " m"]) -> Float[Array, "2 m"]:
+    """The gap, and by how much it grew in a step, where both are known."""
+    gap, before = jax.lax.stop_gradient((gap, before))
+    return jnp.where(known, jnp.stack([gap, gap - before]), 0.0)
 
 
 def _rebased(N: Float[Array, "k m"], states: Float[Array, "k d"], change: Float[Array, "d d"]):
@@ -197,30 +224,51 @@ def _rebased(N: Float[Array, "k m"], states: Float[Array, "k d"], change: Float[
     return N + states @ change[states.shape[1] - N.shape[1] :].T
 
 
-def _while_used(block, first: _Carried, blocks: Blocks, told: bool) -> Any:
-    """What a scan gives, part by part, until nothing more happens."""
-    n = blocks.begin.size
+def _while_used(block, first: _Carried, blocks: Blocks, m: int, probe: bool, told: bool) -> Course:
+    """Through the blocks that are used; of their steps only those at samples are kept."""
+    n, width = blocks.begin.size, blocks.length + 1
+    samples, d = blocks.samples, first.y.size
+    place = jax.lax.dynamic_update_index_in_dim
+    # they are in the order of the blocks; behind the end the last one is repeated
+    edges = jnp.searchsorted(samples, np.arange(n + 1) * width)
+    fresh = jnp.concatenate([jnp.ones(1, bool), samples[1:] > samples[:-1]])
+
+    def one(b, carry):
+        carried, course = carry
+        own = jax.tree.map(lambda x: x[b], blocks.per_block)
+        carried, (seen, gaps, probed) = block(carried, own)
+
+        def sample(i, course):
+            step = samples[i] - b * width
+            kept, grown = place(course.kept, seen[step], i, 0), None
+            if probe:
+                known = (step >= 2) & (own[3] == REGULAR) & (step <= own[2])
+                grown = _grown(known, gaps[step - 1], gaps[step - 2])
+                grown = place(course.gaps, grown, i, 0)
+            return Course(kept, grown, course.probes)
+
+        course = jax.lax.fori_loop(edges[b], edges[b + 1], sample, course)
+        if probe:
+            course = Course(course.kept, course.gaps, place(course.probes, probed, b, 0))
+        return carried, course
+
+    found = Course(jnp.zeros((samples.size, d)), None, None)
+    if probe:
+        found = Course(found.kept, jnp.zeros((samples.size, 2, m)), jnp.zeros((n, 3, m)))
+    if not told:
+        return jax.lax.fori_loop(0, blocks.used, one, (first, found))[1]
     size = -(-n // PARTS)
-    at = np.arange(-(-n // size) * size).reshape(-1, size)
-    among = np.minimum(at, n - 1)
-    per_block = jax.tree.map(lambda x: x[among], blocks.per_block)
-    # beyond the end the last block is gone through without a step
-    per_block = (*per_block[:2], jnp.where(at < n, per_block[2], 0), *per_block[3:])
-    sampled = jnp.zeros((n, blocks.length + 1), bool)
-    sampled = sampled.ravel().at[blocks.samples].set(True).reshape(n, -1)[among]
-    new = sampled & (at < n)[..., None]
+    most = min(size * width, samples.size)
 
     def part(i, carry):
-        carried, kept = carry
-        own = jax.tree.map(lambda x: x[i], per_block)
-        carried, found = jax.lax.scan(block, carried, own)
-        if told:
-            states = found[0].reshape(size * (blocks.length + 1), found[0].shape[-1])
-            hand_over(own[0][-1], states, new[i].ravel())
-        return carried, jax.tree.map(lambda a, b: a.at[i].set(b), kept, found)
+        end = jnp.minimum((i + 1) * size, blocks.used)
+        carry = jax.lax.fori_loop(i * size, end, one, carry)
+        begin = jnp.minimum(edges[i * size], samples.size - most)
+        states = jax.lax.dynamic_slice_in_dim(carry[1].kept, begin, most)
+        at = begin + np.arange(most)
+        hand_over(
+            blocks.begin[end - 1], states, fresh[at] & (at >= edges[i * size]) & (at < edges[end])
+        )
+        return carry
 
-    one = jax.tree.map(lambda x: x[0], per_block)
-    shapes = jax.eval_shape(lambda: jax.lax.scan(block, first, one)[1])
-    kept = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), shapes)
-    _, kept = jax.lax.fori_loop(0, -(-blocks.used // size), part, (first, kept))
-    return jax.tree.map(lambda x: x.reshape(len(at) * size, *x.shape[2:])[:n], kept)
+    return jax.lax.fori_loop(0, -(-blocks.used // size), part, (first, found))[1]

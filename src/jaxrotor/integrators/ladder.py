@@ -91,7 +91,9 @@ class Ladder(eqx.Module):
         corrected too, and so on."""
         off = jnp.where(odd < 0, speed - self.speeds[rung], 1.0)
         F = (off * self.slopes[at]) @ weights.correct
-        return F + F @ (F + F @ F)
+        twice = F @ F
+        once = F + twice
+        return once + once @ twice
 
 
 def _levels(steps) -> list[int]:

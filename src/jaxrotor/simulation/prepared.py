@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.quick import lightly_compiled, quickly_compiled
-from ..integrators.blocks import LENGTH, Blocks, blocks_of
+from ..integrators.blocks import Blocks, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..integrators.fitted_weights import turn_of
 from ..integrators.ladder import RUNGS, Chains, Ladder, chains_of, ladder_of, rung_speeds
@@ -185,7 +185,7 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
         setup.solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
-        length=LENGTH if setup.room is None else setup.room.length,
+        length=None if setup.room is None else setup.room.length,
         room=None if setup.room is None else setup.room.most,
     )
     of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)

@@ -25,7 +25,7 @@ class Room(eqx.Module):
     intervals: Int[Array, ""]
     substeps: Int[Array, ""]
     most: tuple[int, int, int] = eqx.field(static=True)
-    length: int = eqx.field(static=True)
+    length: int | None = eqx.field(static=True)
 
 
 class RunSetup(eqx.Module):
@@ -70,7 +70,7 @@ def roomy(setup: RunSetup, told: bool) -> RunSetup:
     intervals, substeps = setup.count - 1, setup.solver.substeps
     most = _roomy(intervals, 100), _roomy(intervals * substeps, 100), _roomy(substeps, 8)
     # what is handed over of a short run comes in short parts
-    length = 8 if told and most[1] < LENGTH * PARTS else LENGTH
+    length = 8 if told and most[1] < LENGTH * PARTS else None
     room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most, length)
     solver = stepped(setup.solver, 1)
     return dataclasses.replace(setup, solver=solver, count=most[0] + 1, room=room)
