@@ -20,6 +20,7 @@ import handwritten
 import jax.numpy as jnp
 import numpy as np
 from machine import header
+from record import record as keep
 from scipy.optimize import least_squares
 from sksundae.cvode import CVODE
 
@@ -167,7 +168,7 @@ def main() -> None:
         print(f"| {name} | {calls} | {at:.2f} | {at / run:.1f} | {fit.cost:.1f} | {away:.1e} |")
         ratios[f"{name} / jaxrotor"] = at / run
     print(f"compiling: {compiling:.0f} s", file=sys.stderr)
-    record("identification", machine, ratios, [("run s", run), ("compile s", compiling)])
+    keep("identification", machine, ratios, [("run s", run), ("compile s", compiling)])
 
 
 if __name__ == "__main__":
