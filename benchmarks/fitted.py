@@ -42,6 +42,8 @@ ORDERS_AND_STEPS = ((6, 3), (6, 2), (6, 1), (5, 3), (5, 2), (5, 1), (4, 2))  # s
 REPEATS = 3
 MAIN = np.array([1, 5])  # rows of its x and y
 SINGLE = "--xla_cpu_multi_thread_eigen=false"
+# (without a word of it `import jaxrotor` asks for one kernel)
+XLAS_OWN = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1024"
 ONE_KERNEL = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000"
 # The preparation is run once.
 QUICK = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
@@ -222,7 +224,7 @@ def main():
         return
     found = {}
     for title, flags in (
-        ("XLA's own choice", SINGLE),
+        ("XLA's own choice", f"{SINGLE} {XLAS_OWN}"),
         ("one kernel a loop", f"{SINGLE} {ONE_KERNEL}"),
     ):
         told = subprocess.run(
