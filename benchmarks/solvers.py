@@ -27,9 +27,11 @@ def simulate(solver=None, substeps=None):
         unknown = float("nan")
         step = dict(step=jr.Plan(substeps, 6, LINEARISE_AT, figures.TOP_SPEED, unknown, unknown))
 
+    machine = two_rotors()
+
     def run():
         response = jr.simulate(
-            two_rotors(),
+            machine,
             T_END,
             1 / SAMPLE,
             initial="undeformed",

@@ -176,3 +176,25 @@ def test_reactions_carry_the_weight_of_a_machine_at_rest():
     np.testing.assert_allclose(a[:, 1] + c[:, 1], 6 * 9.81, rtol=1e-9)
     np.testing.assert_allclose(c[:, 1] * 0.5, 9.81 * (3 * 0.3 + 1 * 0.5), rtol=1e-9)
     np.testing.assert_array_equal(b, 0.0)
+
+
+@pytest.mark.parametrize("twist", ["paper", "invariant"])
+def test_motion_without_a_look_at_the_forces(two_rotor, twist):
+    """Positions and rates are those put in, the driven end's those given, and those of the whole field."""
+    machine = two_rotor(twist)
+    rng = np.random.default_rng(4)
+    stations = machine.wiring.stations
+    shape, t = (6, len(stations), 6), np.linspace(0.2, 3.0, 6)
+    angle = np.asarray(jax.vmap(machine["end"].profile.position)(t))
+    q, v = rng.uniform(-1e-3, 1e-3, shape), rng.uniform(-1, 1, shape)
+    q[..., 5] += angle[:, None]
+    response = at_instants(machine, q, v, t)
+    for name in stations:
+        if name != "end":
+            i = stations.index(name)
+            np.testing.assert_allclose(response[name].position, q[:, i], rtol=1e-12, atol=1e-15)
+            # measured from 1000 rad/s, of which rounding is 1e-13
+            np.testing.assert_allclose(response[name].velocity, v[:, i], rtol=1e-12, atol=2e-12)
+    np.testing.assert_allclose(response["end"].phi, angle, rtol=1e-13)
+    for own, whole in zip(response.motion, (response.evaluation.q, response.evaluation.v)):
+        np.testing.assert_allclose(own, whole, rtol=1e-13, atol=1e-15)

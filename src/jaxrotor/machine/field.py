@@ -189,6 +189,17 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
+def station_motions(t, y, system: System) -> tuple[Array, Array]:
+    """Coordinates and rates (6, n) of every station, driven ends last, with phi; no force is looked at."""
+    reference = system.reference(t)
+    u, s, _ = unpack(t, y, system, reference)
+    q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
+    if system.layout.n_ground:
+        given = system.given(t, reference)
+        q, v = (jnp.concatenate(pair, axis=1) for pair in zip((q, v), given))
+    return from_turning(q, v) if system.layout.invariant else (q, v)
+
+
 def node_motions(t, y, system: System, reference: Reference | None = None) -> tuple[Array, Array]:
     """Coordinates and rates (6, n_nodes + n_ground) of every node."""
     reference = system.reference(t) if reference is None else reference

@@ -21,7 +21,7 @@ from ..core.kinematics import spin_speed, to_turning
 from ..core.parameter import numbers
 from ..core.protocol import Ported, Signalling
 from ..core.quick import lightly_compiled
-from ..machine.field import Evaluation, evaluate, initial_states, n_free
+from ..machine.field import Evaluation, evaluate, initial_states, n_free, station_motions
 from ..machine.layout import turns_by_chi
 from ..machine.lineup import Lineup, structure_of
 from ..machine.machine import Machine
@@ -83,6 +83,11 @@ class Response(eqx.Module):
         """Every sample evaluated, once for all parts: accelerations, reactions, nodes."""
         return _evaluate_all(self.machine, self.t, self.y)
 
+    @cached_property
+    def motion(self) -> tuple[Float[Array, "nt n 6"], Float[Array, "nt n 6"]]:
+        """Coordinates of all stations, and their rates, at every sample."""
+        return _motion(self.machine, self.t, self.y)
+
     def member(self, i: int) -> "Response":
         """Response i of a batch."""
         return jax.tree.map(lambda x: x[i], self)
@@ -135,6 +140,15 @@ class Response(eqx.Module):
         with written_whole(Path(path)) as part:
             part.write_bytes(data)
         return Path(path)
+
+
+@lightly_compiled
+def _motion(machine: Machine, t: Array, y: Array) -> tuple[Array, Array]:
+    system = assemble(machine)
+    both = jax.vmap(lambda t, y: station_motions(t, y, system))(t, y)
+    order = np.array(system.layout.internal)
+    q, v = (jnp.swapaxes(x, 1, 2)[:, order] for x in both)
+    return q, v
 
 
 @lightly_compiled
@@ -222,12 +236,12 @@ class StationResponse(_Part):
     @property
     def position(self) -> Float[Array, "nt 6"]:
         """x, y, z, psi, theta, phi."""
-        return self._evaluation().q[:, self._index()]
+        return self._response.motion[0][:, self._index()]
 
     @property
     def velocity(self) -> Float[Array, "nt 6"]:
         """Rates of `position`; the last is phi', not `speed`."""
-        return self._evaluation().v[:, self._index()]
+        return self._response.motion[1][:, self._index()]
 
     @property
     def acceleration(self) -> Float[Array, "nt 6"]:
