@@ -25,7 +25,9 @@ def simulate(solver=None, substeps=None):
     step = {}
     if substeps is not None:
         unknown = float("nan")
-        step = dict(step=jr.Plan(substeps, 6, LINEARISE_AT, figures.TOP_SPEED, unknown, unknown))
+        step = dict(
+            step=jr.Plan(substeps, 6, LINEARISE_AT, figures.TOP_SPEED, unknown, unknown, 1, 96)
+        )
 
     machine = two_rotors()
 

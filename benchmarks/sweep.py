@@ -36,7 +36,7 @@ def batch(count: int, devices: int) -> tuple[float, float, float]:
     import jaxrotor as jr
 
     machine, path = two_rotors(), "main.unbalance.eccentricity"
-    plan = jr.Plan(SUBSTEPS, 6, 500.0, 1000.0, float("nan"), float("nan"))
+    plan = jr.Plan(SUBSTEPS, 6, 500.0, 1000.0, float("nan"), float("nan"), 1, 96)
     peak = jr.objectives.PeakValue(jr.sensors.Radial("main"))
     if count == 1:
 

@@ -13,11 +13,12 @@ _PAUSE = 2.0
 
 
 class _Notice:
-    """One for the process. `spent` on programs that followed each other, until `ended`."""
+    """One for the process. `spent` on programs that followed each other, until `ended`; when something was
+    `said` in a file."""
 
     def __init__(self) -> None:
         self.inside, self.muted = False, False
-        self.spent, self.ended = 0.0, 0.0
+        self.spent, self.ended, self.said = 0.0, 0.0, -_LINE
 
 
 _now = _Notice()
@@ -72,7 +73,9 @@ def _watch(over: threading.Event, began: float) -> None:
             bar.set_description_str(text)
             said = time.monotonic() + 0.5 - _SILENT
         else:
-            print(text, file=sys.stderr, flush=True)
-            said = time.monotonic() + _LINE - _SILENT
+            if time.monotonic() - _now.said >= _LINE:
+                print(text, file=sys.stderr, flush=True)
+                _now.said = time.monotonic()
+            said = _now.said + _LINE - _SILENT
     if bar is not None:
         bar.close()

@@ -17,8 +17,8 @@ from jaxtyping import Array, Bool, Float, Int
 
 from .fitted_weights import FirstSteps, first_steps
 
-# Steps in a block, inside which the weights stay: to mix them takes as long as five to ten steps, but speeds
-# change. Where all steps of a block are gone through, used or not, the short blocks of a start cost most.
+# Steps in a block, inside which the weights stay, and in the longest: to mix weights takes as long as five to
+# ten steps, but speeds change.
 LENGTH, LONGEST = 24, 96
 # Where clocks tick stretches are short.
 _SHORT = 4
@@ -115,11 +115,6 @@ class _Stretches(NamedTuple):
     odd: Any
 
 
-def length_for(steps: int, exact: bool) -> int:
-    """Of a block in a run of so many steps. `exact`: whether only steps that are used are gone through."""
-    return min(LONGEST, max(LENGTH, steps // (32 if exact else 256)))
-
-
 def blocks_of(
     interval: Float[Array, ""],
     intervals: int | Array,
@@ -127,7 +122,7 @@ def blocks_of(
     order: int,
     jumps: Float[Array, " j"],
     ticks: Bool[np.ndarray, "g c"] | None = None,
-    length: int | None = None,
+    length: int = LENGTH,
     room: tuple[int, int, int] | None = None,
 ) -> Blocks:
     """From t = 0 through so many intervals (s). `ticks`: which clocks tick at the grid's instants. Jumps
@@ -136,7 +131,6 @@ def blocks_of(
     count, n, G = jumps.shape[0], substeps, intervals
     sizes: Any = room or (G, G * n, n)
     most, in_all, in_part = sizes
-    length = length or length_for(in_all, room is not None)
     due = np.zeros(0, int)
     if ticks is not None:
         due = np.flatnonzero(ticks.any(axis=1))

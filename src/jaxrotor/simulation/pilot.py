@@ -15,7 +15,7 @@ from ..core.gate import takes
 from ..core.parameter import is_concrete, numbers
 from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
-from ..integrators.blocks import blocks_of
+from ..integrators.blocks import LENGTH, LONGEST, blocks_of
 from ..integrators.fitted import Method, run_through
 from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobians, n_free, relative_field
@@ -167,7 +167,20 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
             "for stiff nonlinearity such as jr.Rosenbrock()"
         )
     substeps, evaluations, error = found
-    return Plan(substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations)
+    block = _block(machine, given, t_end, interval / substeps)
+    return Plan(substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations, block)
+
+
+def _block(machine: Machine, given: Prescribed, t_end: float, h: float) -> int:
+    """Steps of h (s) in which the speed changes by less than the spacing of what weights are fitted to. Where
+    it is not given nobody knows."""
+    speeds = np.asarray(given.speeds)
+    top = np.abs(speeds).max()
+    if not (machine.is_driven and np.isfinite(speeds).all() and top > 0):
+        return LENGTH
+    change = np.abs(np.diff(speeds)).max() / (t_end / (speeds.size - 1)) * h
+    most = min(t_end / h / 32, top / 32 / change if change > 0 else LONGEST)
+    return next((n for n in (LONGEST, 2 * LENGTH) if n <= most), LENGTH)
 
 
 def _search(

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from ..core.result_text import shows
+from ..integrators.blocks import LENGTH
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
 BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
@@ -22,6 +23,7 @@ class Plan:
       twice that. - `top_speed`: the highest expected.
     - `error`: what the pilot saw, as part of each coordinate's peak; `tolerance`: what was asked.
     - `evaluations`: of the field in a step; two where forces change fast with the state.
+    - `block`: steps by the same weights, which know the speed: fewer where that changes fast.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -34,6 +36,7 @@ class Plan:
     error: float = field(compare=False)
     tolerance: float
     evaluations: int = 1
+    block: int = field(default=LENGTH, repr=False)
 
 
 def bucket(substeps: float) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.quick import lightly_compiled, quickly_compiled
-from ..integrators.blocks import Blocks, blocks_of
+from ..integrators.blocks import LENGTH, Blocks, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..integrators.fitted_weights import turn_of
 from ..integrators.ladder import RUNGS, Chains, Ladder, chains_of, ladder_of, rung_speeds
@@ -178,6 +178,11 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
     """Of the Adams method; and into how many parts clocks refine a sample interval."""
     ticking = ticking_of(setup, system)
     refine = 1 if ticking is None else ticking.refine
+    length = setup.block
+    if setup.room is None:
+        # all steps of a block are gone through, used or not, of the short ones of a start too
+        steps = (setup.count - 1) * setup.solver.substeps  # pyright: ignore
+        length = min(length, max(LENGTH, steps // 256))
     blocks = blocks_of(
         setup.interval / refine,
         setup.intervals * refine,
@@ -185,7 +190,7 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
         setup.solver.order_,  # pyright: ignore
         jump_times(system),
         None if ticking is None else ticking.due,
-        length=None if setup.room is None else setup.room.length,
+        length=length,
         room=None if setup.room is None else setup.room.most,
     )
     of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)

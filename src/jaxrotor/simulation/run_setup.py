@@ -20,12 +20,11 @@ from .solver import is_planned, solver_for
 
 class Room(eqx.Module):
     """For runs of any length and step: the numbers of a run's own intervals, and steps in each. `most`: of
-    intervals, steps in all, and steps in an interval. `length`: of a block."""
+    intervals, steps in all, and steps in an interval."""
 
     intervals: Int[Array, ""]
     substeps: Int[Array, ""]
     most: tuple[int, int, int] = eqx.field(static=True)
-    length: int | None = eqx.field(static=True)
 
 
 class RunSetup(eqx.Module):
@@ -45,6 +44,7 @@ class RunSetup(eqx.Module):
     count: int = eqx.field(static=True)  # samples, or where there is room the most of them
     grid: Grid | None = eqx.field(static=True)
     room: Room | None = None
+    block: int = eqx.field(static=True, default=LENGTH)  # steps by the same weights
 
     @property
     def times(self) -> Float[Array, " nt"]:
@@ -70,10 +70,10 @@ def roomy(setup: RunSetup, told: bool) -> RunSetup:
     intervals, substeps = setup.count - 1, setup.solver.substeps
     most = _roomy(intervals, 100), _roomy(intervals * substeps, 100), _roomy(substeps, 8)
     # what is handed over of a short run comes in short parts
-    length = 8 if told and most[1] < LENGTH * PARTS else None
-    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most, length)
+    block = 8 if told and most[1] < LENGTH * PARTS else setup.block
+    room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most)
     solver = stepped(setup.solver, 1)
-    return dataclasses.replace(setup, solver=solver, count=most[0] + 1, room=room)
+    return dataclasses.replace(setup, solver=solver, count=most[0] + 1, room=room, block=block)
 
 
 def _roomy(count: int, size: int) -> int:
@@ -112,6 +112,7 @@ def set_up(
         simulation.adjoint,
         count,
         grid_of(machine, simulation.sample_rate),
+        block=LENGTH if plan is None else plan.block,
     )
 
 
