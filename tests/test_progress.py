@@ -1,8 +1,14 @@
 """What a long run says of itself where nobody looks on: lines in a file."""
 
+import io
 import re
+import sys
+import time
+
+import pytest
 
 import jaxrotor as jr
+from jaxrotor.core import notice
 from jaxrotor.integrators import progress
 
 
@@ -38,3 +44,36 @@ def test_a_short_run_says_nothing(capfd):
     machine = jr.Machine.in_line({"disc": jr.Rotor(1.0, 0.01, 0.006)})
     jr.simulate(machine, 0.05, 1e3, "undeformed", step=1e-3)
     assert capfd.readouterr().err == ""
+
+
+class _Terminal(io.StringIO):
+    def __init__(self, is_one):
+        super().__init__()
+        self.is_one = is_one
+
+    def isatty(self):
+        return self.is_one
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_word_while_programs_are_compiled(monkeypatch, terminal):
+    """After a silence that programs one after the other share; in a file no oftener than it says; not where
+    nobody wants to hear; and not of what is quick."""
+    monkeypatch.setattr(notice, "_SILENT", 0.2)
+    monkeypatch.setattr(notice, "_LINE", 0.4)
+    monkeypatch.setattr(notice, "_now", notice._Notice())
+
+    def said(*seconds, wanted=True):
+        monkeypatch.setattr(notice._now, "ended", -10.0)
+        out = _Terminal(terminal)
+        monkeypatch.setattr(sys, "stderr", out)
+        with notice.muted(not wanted):
+            for length in seconds:
+                with notice.compiling(), notice.compiling():
+                    time.sleep(length)
+        return out.getvalue().count("compiling, ")
+
+    assert said(0.1) == 0
+    assert said(0.6, wanted=False) == 0
+    # tqdm writes a text once as it appears and once more when it is set
+    assert 1 <= said(0.15, 0.15, 0.3) <= (4 if terminal else 1)
