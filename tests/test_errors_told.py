@@ -8,7 +8,7 @@ import textwrap
 from types import ModuleType
 
 import jaxrotor as jr
-from jaxrotor.core import errors
+from jaxrotor.core import errors, gate
 
 FAMILY = {
     name: kind
@@ -35,8 +35,12 @@ def public():
 
 def raised(function, seen=frozenset()) -> set[str]:
     """Names of the errors of ours that a function raises, or a private helper beside it."""
-    bare = inspect.unwrap(function)
-    found = {"InputError"} if bare is not function else set()  # there is a gate before it
+    # a gate before it refuses; what has it compiled does not
+    found, bare = set(), function
+    while hasattr(bare, "__wrapped__"):
+        if bare.__code__.co_filename == gate.__file__:
+            found = {"InputError"}
+        bare = bare.__wrapped__
     if bare.__qualname__ in seen:
         return found
     tree = ast.parse(textwrap.dedent(inspect.getsource(bare)))

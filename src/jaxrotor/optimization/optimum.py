@@ -73,7 +73,8 @@ class Optimum:
 
     def sensitivities(self, paths: Sequence[str] | None = None) -> dict[str, np.ndarray]:
         """How the best objective changes with each parameter of the machine that was not designed (per SI
-        unit), the design following: by the envelope theorem, one reverse sweep. `paths`: by default all."""
+        unit), the design following: by the envelope theorem, one reverse sweep. `paths`: by default all.
+        Raises `InputError` for a path that the machine has not."""
         weights = self._pull()
         problem = _reversed(self.problem)
         slopes = _by_machine(problem, self.machine, weights)
