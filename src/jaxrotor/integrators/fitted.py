@@ -161,7 +161,7 @@ def run_through(
     return Course(jax.tree.map(at_samples, seen), grown, probed)
 
 
-def _as_many(one: Callable, carry: Any, count: Array, most: int) -> Any:
+def _as_many(one: Callable, carry: Any, count: Array | int, most: int) -> Any:
     """`one` so many times; what it gives as `scan` does, zeros beyond."""
     shapes = jax.eval_shape(one, carry, jnp.asarray(0))[1]
     kept = jax.tree.map(lambda x: jnp.zeros((most, *x.shape), x.dtype), shapes)

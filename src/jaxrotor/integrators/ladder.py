@@ -119,7 +119,7 @@ def chains_of(
     levels = max(_levels(first_steps(order)))
 
     def chain(x):
-        own = moments(*x, order, exact_rows, levels)
+        own = moments(x[0], x[1], x[2], order, exact_rows, levels)
         return Chains(jax.tree.map(lambda x: x[-1], own), jax.tree.map(lambda x: x[:-1], own))
 
     return jax.lax.map(chain, (A, h, near))

@@ -92,7 +92,7 @@ def _double(phi: Phi, shift: Array | np.ndarray) -> Phi:
     means = jnp.moveaxis(product[:, d:].reshape(d, count, m), 1, 0)
     rest = phi.means + jnp.einsum("pq,qab->pab", shift, phi.means)
     halves = 2.0 ** -np.arange(1.0, count + 1)[:, None, None]
-    return Phi(2 * phi.flow + product[:, :d], halves * (means + rest))
+    return Phi(2 * phi.flow + product[:, :d], jnp.asarray(halves) * (means + rest))
 
 
 def phi_functions(

@@ -48,10 +48,8 @@ class _Turning:
         self.outputs: tuple[Output, ...] = outputs
 
     def at(self, found: Steady, speed: float) -> _Excited:
-        where = jax.device_put((found.y, np.float64(speed)))
-        forces, direct = _turned(
-            self.pair, self.outputs, *where, jax.device_put(found.held), self.angles
-        )
+        y, at, held = jax.device_put((found.y, np.float64(speed), found.held))
+        forces, direct = _turned(self.pair, self.outputs, y, at, held, self.angles)
         forces, direct = self.waves @ np.asarray(forces), self.waves @ np.asarray(direct)
         if self.rows is not None:
             C = np.eye(len(found.y))[self.rows]

@@ -148,8 +148,10 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         h = interval / substeps
         each = {w: known(w, h) for w in linear}
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
-        at = jax.device_put((instants, np.bool_(harsh), np.float64(h), np.array(speeds)))
-        return float(pilots(machine, *at, order, evaluations, every))
+        given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds))
+        when, abrupt, step, each_speed = jax.device_put(given)
+        found = pilots(machine, when, abrupt, step, each_speed, order, evaluations, every)
+        return float(found)
 
     first = fewest(max(top, float(given.frequency)), interval)
     found = _search(seen, first, order, tolerance)

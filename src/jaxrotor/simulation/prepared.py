@@ -38,7 +38,7 @@ class Known(NamedTuple):
     """What pilots and a run find by the same programs, compiled once: A at each rung, and of regular steps
     there what weights are mixed from; and that of the parts of intervals beside jumps."""
 
-    linear: Float[Array, "s d d"]
+    linear: Any  # (s, d, d), JAX's or NumPy's
     chains: Chains | None = None
     parts: Chains | None = None
 
@@ -70,7 +70,8 @@ def known_chains(
     many = np.minimum(np.arange(-(-count // TOGETHER) * TOGETHER), count - 1)
     found = []
     for at in many.reshape(-1, TOGETHER):
-        own = _chains(*jax.device_put((A[at], h[at], speeds[at])), order, exact_rows)
+        here = jax.device_put((A[at], h[at], speeds[at]))
+        own = _chains(here[0], here[1], here[2], order, exact_rows)
         found.append(jax.tree.map(np.asarray, own))
     return jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
 
