@@ -55,8 +55,7 @@ class _Turning:
             C = np.eye(len(found.y))[self.rows]
             return _Excited(forces, np.zeros((len(forces), len(C))), C)
         (_, (balanced, nominal)) = self.pair
-        y, turning = where
-        reference = (self.prepared.angle, turning, jnp.zeros(()))
+        reference = (self.prepared.angle, at, jnp.zeros(()))
         C = watched(balanced, self.outputs, nominal, y, reference)
         return _Excited(forces, direct, np.asarray(C))
 
