@@ -98,11 +98,11 @@ def _is_nan(x: Any) -> bool:
 
 def _speeds(response: Response) -> str:
     """Of each station where the samples have been evaluated; else what was planned for."""
-    evaluation = vars(response).get("evaluation")
-    if evaluation is None or known_numbers(evaluation.q) is None or np.ndim(evaluation.q) != 3:
+    motion = vars(response).get("motion")
+    if motion is None or known_numbers(motion[0]) is None or np.ndim(motion[0]) != 3:
         top = response.info.planned_top_speed
         return "" if top is None else f"planned up to {_number(top, 'rad/s')}"
-    q, v = np.asarray(evaluation.q), np.asarray(evaluation.v)
+    q, v = (np.asarray(x) for x in motion)
     speed = v[:, :, 5] + v[:, :, 3] * np.sin(q[:, :, 4])
     names = response.machine.wiring.stations[: len(response.machine.stations)]
     ranges = zip(names, speed.min(axis=0), speed.max(axis=0))
