@@ -23,77 +23,31 @@ import jax
 
 jax.config.update("jax_enable_x64", True)
 
-import figures
 import handwritten
 import jax.numpy as jnp
 import numpy as np
+from by_hand import QUICK, SAMPLE, constants, method
 from machine import header
 from record import record
+from solvers import cvode, lsoda
 
-from jaxrotor.integrators.blocks import blocks_of
-from jaxrotor.integrators.fitted import run_through
 from jaxrotor.integrators.fitted_weights import first_steps
-from jaxrotor.integrators.ladder import ladder_of, rung_speeds
 
 REFERENCE = Path(__file__).parents[2] / "shared/reference/two_rotor_startup_reference.npz"
-SAMPLE, T_END, GRADIENT_END = 1e-3, 10.0, 1.0  # s
+T_END, GRADIENT_END = 10.0, 1.0  # s
 TIMES = np.linspace(0.0, T_END, 10_001)
 ORDERS_AND_STEPS = ((6, 3), (6, 2), (6, 1), (5, 3), (5, 2), (5, 1), (4, 2))  # steps in a sample
 REPEATS = 3
-MAIN = np.array([1, 5])  # rows of its x and y
 SINGLE = "--xla_cpu_multi_thread_eigen=false"
 # (without a word of it `import jaxrotor` asks for one kernel)
 XLAS_OWN = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1024"
 ONE_KERNEL = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000"
-# The preparation is run once.
-QUICK = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
-
-
-def linear_part(p, speed):
-    """The Jacobian of the balanced line at `speed`, as figures.py has it, of the figures `p`."""
-    rotors = jnp.stack([p["m"]] * 3 + [p["Jt"]] * 2 + [p["Jp"]])
-    inertia = jnp.concatenate([rotors, p["inertia"]], axis=1)
-    A = jnp.concatenate([jnp.eye(24, 48, 24), p["pull"] / inertia.reshape(24, 1)])
-    psi, theta = (24 + 4 * c + np.arange(2) for c in (figures.PSI, figures.THETA))
-    gyro = speed * p["Jp"] / p["Jt"]
-    return A.at[psi, theta].add(-gyro).at[theta, psi].add(gyro)
-
-
-def method(order, substeps, t_end):
-    """`prepare(p)` and `run(p, prepared)`, main's path at the samples, both to be compiled."""
-    h = SAMPLE / substeps
-    f = handwritten.field()
-    speed_of = handwritten._drive(jnp.sin, jnp.cos, jnp.minimum, jnp.maximum)
-    blocks = blocks_of(SAMPLE, round(t_end / SAMPLE), substeps, order, jnp.zeros(0))
-
-    def prepare(p):
-        speeds = rung_speeds(jnp.asarray(figures.TOP_SPEED))
-        A = jax.vmap(lambda w: linear_part(p, w))(speeds)
-        return ladder_of(speeds, A, jnp.asarray(h), order, 24, blocks)
-
-    def run(p, ladder):
-        def field(t, y):
-            return f(t, y, p)
-
-        def speed(t, y):
-            return speed_of(t)[1]
-
-        return run_through(
-            field, ladder, blocks, speed, jnp.zeros(48), watch=lambda t, y: y[:, MAIN]
-        ).kept
-
-    return prepare, run
 
 
 def seconds(call):
     begun = time.process_time()
     found = jax.block_until_ready(call())
     return found, time.process_time() - begun
-
-
-def constants():
-    """A field whose figures may change is what the gradient needs; for the run they are constants."""
-    return {k: jnp.asarray(v) for k, v in handwritten.FIGURES.items()}
 
 
 def fitted_rows():
@@ -115,8 +69,6 @@ def fitted_rows():
 
 
 def peer_rows():
-    from solvers import cvode, lsoda
-
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8):
         yield f"CVODE, numba, rtol {rtol:.0e}", cvode(rtol), {}
     for rtol in (1e-6, 1e-8):

@@ -7,6 +7,7 @@ import handwritten
 import jax
 import jax.numpy as jnp
 import numpy as np
+from by_hand import QUICK, SAMPLE, constants, method
 from machine import two_rotors
 from scipy.integrate import odeint
 from sksundae.cvode import CVODE
@@ -15,7 +16,7 @@ import jaxrotor as jr
 from jaxrotor.machine.field import jacobian, vector_field
 from jaxrotor.machine.system import assemble
 
-T_END, SAMPLE = 10.0, 1e-3  # s
+T_END = 10.0  # s
 TIMES = np.linspace(0.0, T_END, 10_001)
 LINEARISE_AT = 500.0  # rad/s
 
@@ -69,14 +70,12 @@ def diffrax_solve(solver, controller, t_end, max_steps, saveat):
 
 
 def by_hand(order=6, substeps=2):
-    """Equations written by hand for this machine, by the bare loop of jaxrotor's method (fitted.py)."""
-    import fitted
-
-    prepare, run = fitted.method(order, substeps, T_END)
-    prepare = jax.jit(prepare, compiler_options=fitted.QUICK)
+    """Equations written by hand for this machine, by the bare loop of jaxrotor's method."""
+    prepare, run = method(order, substeps, T_END)
+    prepare = jax.jit(prepare, compiler_options=QUICK)
     figures_ = {k: np.asarray(v) for k, v in handwritten.FIGURES.items()}
     march = jax.jit(lambda ladder: run(figures_, ladder))
-    return lambda: march(prepare(fitted.constants()))
+    return lambda: march(prepare(constants()))
 
 
 SCALE = np.repeat([1e-3, 1e-3, 1e-6, 1e-2, 1e-2, 1e-2], 4)  # m, rad: peaks of the coordinates

@@ -6,7 +6,7 @@ best: equations compiled by numba, the exact Jacobian of the line at its present
 each coordinate's size. `at 1e-6 m` and `at 1e-8 m` compare run times at equal error: interpolated (log-log)
 between a method's rows; where all are more accurate, the quickest row as it is. One core, processor seconds.
 
-    python benchmarks/startup.py [reference.npz]
+    python benchmarks/startup.py [--short] [reference.npz]
 """
 
 import argparse
@@ -123,7 +123,9 @@ def implicit_rows():
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("reference", nargs="?", type=Path, default=REFERENCE)
-    reference = load(parser.parse_args().reference)
+    parser.add_argument("--short", action="store_true", help="without those that take minutes")
+    asked = parser.parse_args()
+    reference = load(asked.reference)
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, [max(os.sched_getaffinity(0))])
     print(machine := header("diffrax", "equinox", "numba", "scikit-sundae", "gradsolve"))
@@ -157,7 +159,7 @@ def main():
         for t in TARGETS
         if n != OURS and np.isfinite(times[n, t])
     }
-    for name, seconds, words in implicit_rows() if not os.environ.get("QUICK") else ():
+    for name, seconds, words in () if asked.short else implicit_rows():
         share = seconds / times[OURS, TARGETS[0]]
         print(f"{name:24}{'':14}{'':10}{seconds:8.1f}{'':10}{share:12.0f}   ({words})")
         ratios[f"{name} / jaxrotor at 1e-06 m"] = share

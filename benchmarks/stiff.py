@@ -171,7 +171,7 @@ def ratios(table):
 
 
 def at_error(rows, error):
-    """Run time at that error: log-log between rows, and beyond them along the last two."""
+    """Run time at that error: log-log between rows, and beyond them along the line through all."""
     if len(rows) < 2:
         return None
     x, y = np.log(np.array(sorted(rows))).T

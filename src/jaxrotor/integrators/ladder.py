@@ -37,6 +37,11 @@ def rung_speeds(top: Any, rungs: int = RUNGS, xp: Any = jnp) -> Any:
     return top * (np.arange(rungs) + 0.5) / rungs
 
 
+def nearest_rungs(speeds: Any, wanted: Any, xp: Any = jnp) -> Any:
+    """Which of the `speeds` is nearest to each that is wanted."""
+    return xp.argmin(xp.abs(speeds[:, None] - wanted), axis=0)
+
+
 class Ladder(eqx.Module):
     """`speeds` (rad/s) of the linearisations `A`, whose change for each rad/s is `slopes`; then those of
     the parts of intervals beside jumps, `A` and `slopes` alike.
@@ -154,7 +159,7 @@ def ladder_of(
         starting = jax.tree.map(lambda x: x[first][None], starting)
     count = 1 if single else s
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
-        at = jnp.argmin(jnp.abs(speeds[:, None] - speeds_of_parts), axis=0)
+        at = nearest_rungs(speeds, speeds_of_parts)
         if parts is None:
             none = jnp.zeros(blocks.lengths.size)
             parts = chains_of(A[at], blocks.lengths, none, order, exact_rows)

@@ -26,10 +26,10 @@ def solve_linear(matrix: Float[Array, "d d"], right: Float[Array, " d"]) -> Floa
     size = jnp.abs(jax.lax.stop_gradient(matrix))
     rows = size.max(1)
     rows = jnp.where(rows > 0, rows, 1.0)
-    columns = (size / rows[:, None]).max(0)
-    columns = jnp.where(columns > 0, columns, 1.0)
-    inverse = jnp.linalg.pinv(matrix / rows[:, None] / columns[None, :], rtol=FREE_MOTION)
-    return inverse @ (right / rows) / columns
+    across = (size / rows[:, None]).max(0)
+    across = jnp.where(across > 0, across, 1.0)
+    inverse = jnp.linalg.pinv(matrix / rows[:, None] / across[None, :], rtol=FREE_MOTION)
+    return inverse @ (right / rows) / across
 
 
 class Root(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Any
 import jax
 
 from ..core.protocol import AbstractPrescribed, Carried, Ported
-from .lineup import Block, Lineup, structure
+from .lineup import Block, Lineup, structure, structure_of
 
 
 @dataclass(frozen=True)
@@ -205,3 +205,8 @@ def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:
                     )
                 )
     return tuple(found)
+
+
+def count_of_free(machine: Any) -> int:
+    """How many coordinates are free."""
+    return len(lay_out(structure_of(machine)).free)

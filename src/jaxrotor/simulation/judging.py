@@ -8,7 +8,7 @@ from jaxtyping import Array
 
 from ..core.errors import ConvergenceError, InputError, SimulationFailed
 from ..core.parameter import numbers
-from ..machine.layout import lay_out
+from ..machine.layout import count_of_free, lay_out
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from .attitude import poles_passed
@@ -69,7 +69,7 @@ def judge(response: Response, initial, checks) -> None:
 def _around(response: Response, sample: int) -> tuple[Machine, Array, Array]:
     """The machine, and instants and states on the way out of the finite numbers before `sample`."""
     t, y, last = response.t, response.y, max(0, sample - 1)
-    n = len(lay_out(structure_of(response.machine)).free)
+    n = count_of_free(response.machine)
     start = jnp.where(jnp.isfinite(y[last]), y[last], 0.0)
     ahead = jnp.concatenate([start[n : 2 * n] * (t[1] - t[0]), jnp.zeros(start.size - n)])
     if last > 0:

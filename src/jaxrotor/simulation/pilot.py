@@ -19,11 +19,12 @@ from ..integrators.blocks import LENGTH, LONGEST, blocks_of
 from ..integrators.fitted import Method, run_through
 from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobians, n_free, relative_field
+from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
 from .plan import Plan, bucket, fewest
-from .prepared import Known, coordinates_of, known_chains, rungs_of
+from .prepared import Known, known_chains, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .run_error import share_of_peaks
 from .simulation import Simulation, as_simulation, end_or_simulation
@@ -133,15 +134,15 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     forward = _direction(given, when, t_end, speed)
     speeds = _speeds_at(machine, instants, forward * top)
     linear = {w: _rungs(machine, w) for w in set(speeds)}
-    rows = coordinates_of(machine)
+    rows = count_of_free(machine)
 
     def known(w: float, h: float) -> tuple[Known, Known]:
         """Of steps of h (s), and of half of it, by one call."""
         at, A = linear[w]
         steps = np.repeat([h, 0.5 * h], _RUNGS)
         both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), order, rows)
-        halves = both, jax.tree.map(lambda x: x[_RUNGS:], both)
-        coarse, fine = (jax.tree.map(lambda x: x[:_RUNGS], half) for half in halves)
+        coarse = jax.tree.map(lambda x: x[:_RUNGS], both)
+        fine = jax.tree.map(lambda x: x[_RUNGS:], both)
         return Known(A, coarse), Known(A, fine)
 
     def seen(substeps: int, evaluations: int) -> float:

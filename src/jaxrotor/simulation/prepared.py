@@ -12,10 +12,17 @@ from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.blocks import LENGTH, Blocks, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..integrators.fitted_weights import turn_of
-from ..integrators.ladder import RUNGS, Chains, Ladder, chains_of, ladder_of, rung_speeds
+from ..integrators.ladder import (
+    RUNGS,
+    Chains,
+    Ladder,
+    chains_of,
+    ladder_of,
+    nearest_rungs,
+    rung_speeds,
+)
 from ..machine.field import jacobians, n_free
-from ..machine.layout import lay_out
-from ..machine.lineup import structure_of
+from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import System, assemble, jump_times
 from .run_setup import RunSetup
@@ -52,10 +59,6 @@ def rungs_of(
     return speeds, jacobians(assemble(machine, nominal=True), speeds)
 
 
-# Chains that are made by one call.
-TOGETHER = RUNGS
-
-
 @lightly_compiled
 def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
     return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
@@ -64,21 +67,17 @@ def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
 def known_chains(
     A: np.ndarray, h: np.ndarray, speeds: np.ndarray, order: int, exact_rows: int
 ) -> Chains:
-    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program.
-    (`device_put`: `jnp.asarray` compiles a program for each new shape.)"""
+    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program that
+    makes as many at a time as a run has rungs. (`device_put`: `jnp.asarray` compiles a program for each new
+    shape.)"""
     count = len(h)
-    many = np.minimum(np.arange(-(-count // TOGETHER) * TOGETHER), count - 1)
+    many = np.minimum(np.arange(-(-count // RUNGS) * RUNGS), count - 1)
     found = []
-    for at in many.reshape(-1, TOGETHER):
+    for at in many.reshape(-1, RUNGS):
         here = jax.device_put((A[at], h[at], speeds[at]))
         own = _chains(here[0], here[1], here[2], order, exact_rows)
         found.append(jax.tree.map(np.asarray, own))
     return jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
-
-
-def coordinates_of(machine: Machine) -> int:
-    """How many are free."""
-    return len(lay_out(structure_of(machine)).free)
 
 
 class Steps(NamedTuple):
@@ -99,13 +98,13 @@ def known_of(machine: Machine, setup: RunSetup) -> Known | None:
 
 def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -> Prepared:
     """By programs that plans have used: outside of any other."""
-    order, rows = setup.solver.order_, coordinates_of(machine)  # pyright: ignore
+    order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
     top, of_parts = 2 * np.asarray(setup.linearised_at), np.asarray(steps.of_parts)
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, xp=np))
     h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
     chains, parts = known_chains(A, h, speeds, order, rows), None
     if of_parts.size:
-        at = np.argmin(np.abs(speeds[:, None] - of_parts), axis=0)
+        at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
         parts = known_chains(A[at], lengths, np.zeros(lengths.shape), order, rows)
     known = jax.device_put(Known(A, chains, parts))
