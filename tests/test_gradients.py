@@ -1,5 +1,6 @@
 """Exact gradients of a run by every physical parameter of the paper's machine, at a fixed step."""
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,9 +13,9 @@ import jaxrotor as jr
 STEP = 1e-3
 
 
-def scalar(machine):
+def scalar(machine, adjoint=None):
     """One number that every parameter moves: motions, spin, forces, over 60 ms from 200 rad/s on."""
-    run = jr.simulate(machine, 0.06, 1000.0, initial="static", step=STEP)
+    run = jr.simulate(machine, 0.06, 1000.0, initial="static", step=STEP, adjoint=adjoint)
     main, second = run["main"], run["second"]
     return (
         1e6 * jnp.sum(main.x**2 + main.y**2)
@@ -43,7 +44,9 @@ def case(two_rotor):
     )
     values = machine.parameters()
     flat, unravel = ravel_pytree(values)
-    function = jax.jit(lambda x: scalar(machine.set(unravel(x))))
+    function = jax.jit(
+        lambda x, adjoint=None: scalar(machine.set(unravel(x)), adjoint), static_argnums=1
+    )
     names = [k for k in sorted(values) for _ in range(values[k].size)]
     return names, flat, function
 
@@ -56,12 +59,19 @@ def reverse(case):
 
 def test_forward_is_reverse(case, reverse):
     names, flat, function = case
-    push = jax.jit(jax.vmap(lambda d: jax.jvp(function, (flat,), (d,))[1]))
+    ready = lambda x: function(x, diffrax.ForwardMode())  # noqa: E731
+    push = jax.jit(jax.vmap(lambda d: jax.jvp(ready, (flat,), (d,))[1]))
     eye = jnp.eye(flat.size)
     eye = jnp.concatenate([eye, jnp.zeros((-flat.size % 13, flat.size))])
     chunks = [np.asarray(push(part)) for part in jnp.split(eye, eye.shape[0] // 13)]
     forward = np.concatenate(chunks)[: flat.size]
     np.testing.assert_allclose(forward, reverse, rtol=1e-8, atol=1e-14)
+
+
+def test_forward_mode_alone_is_said(case):
+    _, flat, function = case
+    with pytest.raises(Exception, match="adjoint: .* knows no reverse mode: leave it out"):
+        jax.eval_shape(jax.grad(lambda x: function(x, diffrax.ForwardMode())), flat)
 
 
 def test_central_differences(case, reverse):

@@ -15,14 +15,24 @@ from .notice import compiling
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-# Programs of few runs: compiled in a quarter of the time, to run at half the speed.
-_QUICK = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
+# Programs of few runs: compiled in a quarter of the time, to run at half the speed. (What LLVM is told of
+# which arrays do not overlap grows with the square of their number, and here nothing is made of it.)
+_QUICK = {
+    "xla_backend_optimization_level": 0,
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_llvm_enable_alias_scope_metadata": False,
+    "xla_llvm_enable_noalias_metadata": False,
+}
 # What runs over and over: compiled in half to two thirds of the time, and as fast.
 _LIGHT = {
     "xla_backend_optimization_level": 2,
     "xla_cpu_use_fusion_emitters": False,
     "xla_llvm_disable_expensive_passes": True,
 }
+
+# A loop of so many operations (reverse mode through a stiff solver) takes LLVM minutes, for its passes go
+# through all of it time and again; without them, a tenth, and it runs at a third of the speed.
+_LARGE = 10_000
 
 
 @functools.cache
@@ -58,7 +68,7 @@ def quickly_compiled(function: F) -> F:
 
 def lightly_compiled(function: F) -> F:
     """`eqx.filter_jit` for a program that runs often. Within another program as `quickly_compiled`."""
-    return _compiled(function, _LIGHT)
+    return _compiled(function, _LIGHT, _QUICK)
 
 
 def jit(function: F) -> F:
@@ -83,17 +93,59 @@ def jit(function: F) -> F:
     return call  # pyright: ignore[reportReturnType]
 
 
-def _compiled(function: F, options: dict[str, Any]) -> F:
+class _Other(Exception):
+    """The program is of the other size."""
+
+
+def _compiled(function: F, options: dict[str, Any], of_large: dict[str, Any] | None = None) -> F:
+    """`of_large`: the options where a loop of the program is large, which is seen when it has been traced."""
     plain = eqx.filter_jit(function)
+    large = False  # as the last one was
 
     @functools.cache
-    def own() -> Any:
-        known = {name: value for name, value in options.items() if _known(name, value)}
-        more: Any = {"compiler_options": known} if known else {}
-        return eqx.filter_jit(function, **more) if known else plain
+    def own(large: bool) -> Any:
+        asked = of_large if large and of_large else options
+        known = {name: value for name, value in asked.items() if _known(name, value)}
+        if not known:
+            return plain
+        if of_large is None:
+            return eqx.filter_jit(function, compiler_options=known)
+
+        @functools.wraps(function)
+        def measured(*args: Any, **kwargs: Any) -> Any:
+            program = eqx.filter_make_jaxpr(plain)(*args, **kwargs)[0]
+            if (largest_loop(program.jaxpr) >= _LARGE) != large:
+                raise _Other
+            return plain(*args, **kwargs)  # traced once, for both sizes
+
+        return eqx.filter_jit(measured, compiler_options=known)
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        return (plain if traced(args, kwargs) else own())(*args, **kwargs)
+        nonlocal large
+        if traced(args, kwargs):
+            return plain(*args, **kwargs)
+        try:
+            return own(large)(*args, **kwargs)
+        except _Other:
+            large = not large
+        return own(large)(*args, **kwargs)
 
     return call  # pyright: ignore[reportReturnType]
+
+
+def largest_loop(jaxpr: Any) -> int:
+    """Operations in the largest of the outermost loops, those of inner programs among them."""
+    size = functools.cache(lambda inner: sum(1 + sum(map(size, _within(e))) for e in inner.eqns))
+
+    def largest(eqn) -> int:
+        count = size if eqn.primitive.name in ("scan", "while") else largest_loop
+        return max(map(count, _within(eqn)), default=0)
+
+    return max(map(largest, jaxpr.eqns), default=0)
+
+
+def _within(eqn: Any) -> list[Any]:
+    """The programs in an operation's parameters."""
+    held = jax.tree.leaves(eqn.params, is_leaf=lambda x: hasattr(x, "eqns"))
+    return [getattr(x, "jaxpr", x) for x in held if hasattr(x, "eqns")]

@@ -25,6 +25,7 @@ import numpy as np
 from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Float
 
+from ..core.tangents import tangents_in_turn
 from .blocks import REGULAR, Blocks
 from .fitted_weights import FittedWeights
 from .ladder import Ladder
@@ -49,11 +50,12 @@ class _Carried(NamedTuple):
 class Method(NamedTuple):
     """`evaluations` of the field in a step. `probe`: whether each block ends with one more, at its last
     state, by which the run's error is known. `lasting`: whether only as many blocks are gone through as are
-    used, which reverse mode does not know."""
+    used, which reverse mode does not know. `forward`: whether it is derived by forward mode, if at all."""
 
     evaluations: int = 1
     probe: bool = False
     lasting: bool = False
+    forward: bool = False
 
 
 _PLAIN = Method()
@@ -127,7 +129,9 @@ def run_through(
         if exact:
             (y1, N), (ys, gaps) = _as_many(one, (y, N), last + method.probe, length + method.probe)
         else:
-            (y1, N), (ys, gaps) = _all(one, (y, N), length + method.probe)
+            ready = tangents_in_turn(one) if method.forward else _made_again(one)
+            steps = jnp.arange(length + method.probe)
+            (y1, N), (ys, gaps) = jax.lax.scan(ready, (y, N), steps)
         ys, pushes = ys[:length], opens | ends
         coarse = jnp.where(pushes, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
         states = jnp.where(pushes, jnp.concatenate([y1[None], states[:-1]]), states)
@@ -175,11 +179,10 @@ def _as_many(one: Callable, carry: Any, count: Array | int, most: int) -> Any:
     return jax.lax.fori_loop(0, count, step, (carry, kept))
 
 
-def _all(one: Callable, carry: Any, most: int) -> Any:
-    """`one` as often as a block has room for. Backwards, of each what it began with is kept, and the rest is
-    made once more."""
+def _made_again(one: Callable) -> Callable:
+    """Backwards, of each step what it began with is kept, and the rest is made once more."""
     again = jax.checkpoint(one, prevent_cse=False)
-    return jax.lax.scan(lambda c, j: again(checkpoint_name(c, "steps"), j), carry, jnp.arange(most))
+    return lambda carry, j: again(checkpoint_name(carry, "steps"), j)
 
 
 def _corrected(

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
+import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -23,6 +24,9 @@ from .prepared import Prepared, ticking_of
 from .run_error import Flow, by_samples, error_by_blocks, run_error
 from .run_setup import RunSetup, stepped
 from .solver import tolerances
+
+
+_FORWARD = "adjoint: a run with diffrax.ForwardMode() knows no reverse mode: leave it out"
 
 
 class Marched(NamedTuple):
@@ -82,13 +86,19 @@ def _by_blocks(
     blocks, ladder = prepared.blocks, prepared.ladder
     assert blocks is not None and ladder is not None
     refine = 1 if ticking is None else ticking.refine
+    forward = isinstance(setup.adjoint, diffrax.ForwardMode)
     course = run_through(
         lambda t, y: field(t, y, system),
         ladder,
         dataclasses.replace(blocks, samples=blocks.samples[::refine]),
         lambda t, y: line_speed(t, y, system),
         y0,
-        Method(setup.solver.evaluations, judged, setup.room is not None),  # pyright: ignore
+        Method(
+            setup.solver.evaluations,  # pyright: ignore
+            judged,
+            lasting=setup.room is not None,
+            forward=forward,
+        ),
         None if ticking is None else ticking.tick,
         watch,
         told,
@@ -97,7 +107,8 @@ def _by_blocks(
     error = None
     if judged and watch is None:
         error = error_by_blocks(ladder, course, setup.interval, setup.intervals, system)
-    return Marched(course.kept, steps, error)
+    kept = eqxi.nondifferentiable_backward(course.kept, msg=_FORWARD) if forward else course.kept
+    return Marched(kept, steps, error)
 
 
 def _by_single_steps(

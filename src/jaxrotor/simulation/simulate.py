@@ -132,10 +132,14 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
 
 
 def for_slopes(simulation: Simulation, reverse: bool) -> Simulation:
-    """Ready to be differentiated by one mode: adaptive solvers know one at a time."""
+    """Ready to be differentiated by one mode: adaptive solvers know one at a time, and the others are
+    quicker by the one that they know of."""
     forward = isinstance(simulation.adjoint, diffrax.ForwardMode)
-    if is_planned(simulation.solver) or (simulation.adjoint is not None and forward != reverse):
+    if simulation.adjoint is not None and forward != reverse:
         return simulation
+    if is_planned(simulation.solver):
+        adjoint = None if reverse else diffrax.ForwardMode()
+        return dataclasses.replace(simulation, adjoint=adjoint)
     adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()
     return dataclasses.replace(simulation, adjoint=adjoint)
 

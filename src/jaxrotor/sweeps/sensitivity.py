@@ -15,6 +15,7 @@ from ..core.gate import takes
 from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
+from ..simulation.simulate import for_slopes
 from ..simulation.simulation import Settings, Simulation
 from .batch import member, with_steps
 from .cases import Cases, as_cases
@@ -213,7 +214,8 @@ def local_slopes(
         raise InputError("paths: name one parameter at least")
     more = {p: np.full(len(cases), float(bench.get(p))) for p in paths if p not in cases.values}
     whole = Cases({**cases.values, **more}, cases.how)
-    setup, substeps = set_up(machine, whole, wanted, simulation_of(simulation, settings))
+    asked = for_slopes(simulation_of(simulation, settings), reverse=False)
+    setup, substeps = set_up(machine, whole, wanted, asked)
     if substeps.any():
         setup = with_steps(setup, max(1, int(substeps.max())))
     n, size = len(cases), min(chunk, len(cases))
