@@ -16,7 +16,9 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 # Pieces compiled side by side cost more in all, and the other cores have tests of their own.
 QUICK = (
     "--xla_backend_optimization_level=0 --xla_cpu_opt_preset=CPU_OPT_PRESET_FAST_COMPILE "
-    "--xla_cpu_parallel_codegen_split_count=1"
+    "--xla_cpu_parallel_codegen_split_count=1 "
+    # what LLVM is told of arrays that do not overlap grows with the square of their number
+    "--xla_llvm_enable_alias_scope_metadata=false --xla_llvm_enable_noalias_metadata=false"
 )
 if version("jaxlib").startswith(
     "0.10."

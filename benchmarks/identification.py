@@ -59,7 +59,7 @@ def by_jaxrotor(sensed, record):
             two_rotors(START),
             unknowns(),
             sensed,
-            jr.MeasuredRun(record, step=RUN_UP["step"]),
+            jr.MeasuredRun(record),
             stages=[stage],
         )
         return found, time.perf_counter() - began

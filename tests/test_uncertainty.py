@@ -163,11 +163,13 @@ LBFGS = optax.lbfgs(linesearch=optax.scale_by_backtracking_linesearch(15, store_
 @pytest.mark.parametrize(
     "optimiser, iterations", [(optax.adam(0.05), 300), (LBFGS, 12)], ids=["adam", "lbfgs"]
 )
-def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterations):
+def test_descent_ends_where_least_squares_do(measured, exact, optimiser, iterations, caplog):
     values, covariance = exact
     unknowns = [jr.Unknown("gravity[2]", start=-5.0), jr.Unknown("a.bias", start=1.0)]
     stage = jr.Stage(jr.identification.Time(), iterations, optimiser)
-    found = jr.identify(slider(), unknowns, SENSOR, trial(measured), stages=[stage])
+    with jax.log_compiles():
+        found = jr.identify(slider(), unknowns, SENSOR, trial(measured), stages=[stage])
+    assert caplog.text.count("XLA compilation of jit(_step_all)") == 1
     for i, path in enumerate(found.paths):
         assert abs(found.values[path] - values[i]) < 1e-3 * np.sqrt(covariance[i, i])
         assert found.std[path] == pytest.approx(np.sqrt(covariance[i, i]), rel=1e-6)

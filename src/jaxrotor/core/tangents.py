@@ -6,6 +6,7 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import numpy as np
 from jax.custom_batching import custom_vmap
 from jax.custom_derivatives import SymbolicZero
 
@@ -30,11 +31,15 @@ def tangents_in_turn(step: Callable) -> Callable:
 
             def of_moving(*moving):
                 own = iter(moving)
-                return of([next(own) if m else x for x, m in zip(leaves, moves)])
+                found = of([next(own) if m else x for x, m in zip(leaves, moves)])
+                return eqx.partition(found, eqx.is_inexact_array)
 
-            value, along = jax.linearize(of_moving, *(x for x, m in zip(leaves, moves) if m))
+            moving = [x for x, m in zip(leaves, moves) if m]
+            value, along, rest = jax.linearize(of_moving, *moving, has_aux=True)
             tangents = tuple(x for x, m in zip(tangents, moves) if m)
-            return value, _in_turn(lambda along, tangents: along(*tangents))(along, tangents)
+            slopes = _in_turn(lambda along, tangents: along(*tangents))(along, tangents)
+            none = jax.tree.map(lambda x: np.zeros(x.shape, jax.dtypes.float0), rest)
+            return eqx.combine(value, rest), eqx.combine(slopes, none)
 
         run.defjvp(derived, symbolic_zeros=True)
         return run(*leaves)

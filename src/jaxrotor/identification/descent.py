@@ -49,8 +49,10 @@ def descend(
     """From each of `starts`, all in one batch; the best that each one met. `costs`: the least until then.
     Ctrl-C after the first iteration keeps them."""
     u, best = starts, starts
-    state = jax.vmap(optimiser.init)(u)
-    least = jnp.full(len(starts), jnp.inf)
+    # weak types, of Python's numbers, would make the second iteration another program
+    strong = lambda x: jax.lax.convert_element_type(x, x.dtype)  # noqa: E731
+    state = jax.tree.map(strong, jax.vmap(optimiser.init)(u))
+    least = strong(jnp.full(len(starts), jnp.inf))
     history: list[np.ndarray] = []
     interrupted = False
     for _ in range(iterations):

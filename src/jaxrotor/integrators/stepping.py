@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from ..core.tangents import tangents_in_turn
 from .progress import part_length
 from .replay import replayed_while_loop
 
@@ -93,9 +94,15 @@ class Stepping(NamedTuple):
         def states(inside):
             return jax.vmap(self.solver.interpolation_cls(**inside).evaluate)(samples)
 
+        def attempt(at, _):
+            return self.attempt(at)
+
+        if not self.reverse:
+            attempt = tangents_in_turn(attempt)
+
         def body(carry):
             at, ys = carry
-            now = self.attempt(at)
+            now = attempt(at, None)
             # the last step's samples; that of a step which was not kept has had them
             new = (at.t < samples) & (samples <= now.t)
             return now, jnp.where(new[:, None], states(now.inside), ys)
