@@ -35,13 +35,19 @@ _LIGHT = {
 _LARGE = 10_000
 
 
+def _known(options: dict[str, Any]) -> dict[str, Any]:
+    """Those that this XLA takes and nobody has set."""
+    flags = os.environ.get("XLA_FLAGS", "")
+    asked = {name: value for name, value in options.items() if name not in flags}
+    if _takes(**asked):
+        return asked
+    return {name: value for name, value in asked.items() if _takes(**{name: value})}
+
+
 @functools.cache
-def _known(name: str, value: Any) -> bool:
-    """Whether this XLA takes it, and nobody has set it."""
-    if name in os.environ.get("XLA_FLAGS", ""):
-        return False
+def _takes(**options: Any) -> bool:
     try:
-        jax.jit(jnp.negative, compiler_options={name: value})(0.0)
+        jax.jit(jnp.negative, compiler_options=options)(0.0)
     except jax.errors.JaxRuntimeError:
         return False
     return True
@@ -104,12 +110,12 @@ def _compiled(function: F, options: dict[str, Any], of_large: dict[str, Any] | N
 
     @functools.cache
     def own(large: bool) -> Any:
-        asked = of_large if large and of_large else options
-        known = {name: value for name, value in asked.items() if _known(name, value)}
+        known = _known(of_large if large and of_large else options)
         if not known:
             return plain
+        more: Any = {"compiler_options": known}
         if of_large is None:
-            return eqx.filter_jit(function, compiler_options=known)
+            return eqx.filter_jit(function, **more)
 
         @functools.wraps(function)
         def measured(*args: Any, **kwargs: Any) -> Any:
@@ -118,18 +124,21 @@ def _compiled(function: F, options: dict[str, Any], of_large: dict[str, Any] | N
                 raise _Other
             return plain(*args, **kwargs)  # traced once, for both sizes
 
-        return eqx.filter_jit(measured, compiler_options=known)
+        return eqx.filter_jit(measured, **more)
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         nonlocal large
         if traced(args, kwargs):
             return plain(*args, **kwargs)
-        try:
-            return own(large)(*args, **kwargs)
-        except _Other:
-            large = not large
-        return own(large)(*args, **kwargs)
+        first = large
+        for size in (first, not first):
+            try:
+                found = own(size)(*args, **kwargs)
+            except _Other:
+                continue
+            large = size
+            return found
 
     return call  # pyright: ignore[reportReturnType]
 

@@ -111,7 +111,7 @@ class Layout:
 
 @lightly_compiled
 def tell(problem: Problem, layout: Layout, x: Float[Array, " n"], terms: Terms) -> Told:
-    """Forward mode costs a run for each unknown, reverse mode some six runs in all."""
+    """Forward mode costs half a run for each unknown, reverse mode four or five runs in all."""
     n = len(problem.space)
     u, level = x[:n], (x[n] if layout.minimax else jnp.zeros(()))
     vector, slopes, pull = jnp.zeros(0), None, None

@@ -24,7 +24,7 @@ from .problem import in_parts, pose
 from .search import Search
 
 # Up to so many unknowns their slopes are cheaper by forward mode.
-_FEW = 6
+_FEW = 8
 # On squares of scaled violations, at first.
 _PENALTY = 10.0
 

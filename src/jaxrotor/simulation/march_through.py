@@ -25,7 +25,6 @@ from .run_error import Flow, by_samples, error_by_blocks, run_error
 from .run_setup import RunSetup, stepped
 from .solver import tolerances
 
-
 _FORWARD = "adjoint: a run with diffrax.ForwardMode() knows no reverse mode: leave it out"
 
 
