@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxrotor.core.tangents import tangents_in_turn
+from jaxrotor.integrators.tangents import tangents_in_turn
 
 START = jnp.asarray([0.3, -0.2, 0.5])
 

@@ -25,12 +25,12 @@ import numpy as np
 from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Float
 
-from ..core.tangents import tangents_in_turn
 from .blocks import REGULAR, Blocks
 from .fitted_weights import FittedWeights
 from .ladder import Ladder
 from .progress import PARTS, hand_over
 from .step_times import held_within
+from .tangents import tangents_in_turn
 
 Vector = Float[Array, " d"]
 Field = Callable[[Array, Vector], Vector]

@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from ..core.tangents import tangents_in_turn
 from .progress import part_length
 from .replay import replayed_while_loop
+from .tangents import tangents_in_turn
 
 # Samples that the loop fills at a time. Members of a batch wait for one another at the end of each block;
 # each step looks at all samples of its block.

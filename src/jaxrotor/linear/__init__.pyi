@@ -1,5 +1,6 @@
 from .campbell import Campbell as Campbell, campbell as campbell
 from .cluster import Cluster as Cluster, decay_rate as decay_rate, pole_cluster as pole_cluster
+from .convergence import Convergence as Convergence, convergence as convergence
 from .critical import critical_modes as critical_modes, critical_speeds as critical_speeds
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize

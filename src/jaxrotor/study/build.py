@@ -104,7 +104,7 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
         return FAILED if sentences else found
     options = [a for a in flat(hint) if a is not NoneType]
     literal = [c for a in options if typing.get_origin(a) is typing.Literal for c in a.__args__]
-    if literal:
+    if literal and not (int in options and isinstance(value, int)):
         if value in literal and not isinstance(value, bool):
             return value
         known = [str(c) for c in literal]

@@ -8,7 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ...core.arguments import whole
+from ...core.arguments import number, whole
+from ...core.errors import InputError
 from ...core.kinematics import from_turning, spin_speed
 from ...core.part import option
 from ...core.protocol import (
@@ -27,6 +28,7 @@ from ...core.protocol import (
 )
 from ..rotors.node import Node
 from .material import ShaftMaterial, steel, undamped
+from .mesh import elements_for, mesh_error
 from .segment import MOST_ELEMENTS, Segment
 from .stepped import Sections, by_section, cut, section_faults, sections
 from .twist import circulatory_forces, damped_rates, twist_torque
@@ -92,6 +94,18 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
         return 2 * alpha * kinetic + 2 * beta * self.segment.strain_energy(*rates)
 
 
+_whole = whole(1, MOST_ELEMENTS)
+
+
+def _count(value: Any, place: str) -> Any:
+    if isinstance(value, str) and value == "auto":
+        return value
+    try:
+        return _whole(value, place)
+    except InputError as error:
+        raise InputError(str(error).replace(", but is", ' or "auto", but is', 1)) from None
+
+
 class FiniteElementShaft(Composite, Carrying):
     """A shaft with its own mass between two stations, by finite elements.
 
@@ -100,7 +114,9 @@ class FiniteElementShaft(Composite, Carrying):
     - `length`, `diameter`, `inner_diameter`: m, numbers, or lists for a stepped shaft of several
       sections from left to right. `end_diameter`: where a section tapers, its diameter at the right.
     - `elements`: in each section. Between them are stations of their own, `"shaft.1"`, `"shaft.2"`, ...
-      to which supports and loads may be attached.
+      to which supports and loads may be attached. `"auto"`: so many that natural frequencies below `up_to`
+      (Hz) are met to 0.1 %; what it found stands in their place. `mesh_error(up_to)` says how well any
+      number serves, `jr.linear.convergence` how well the whole machine is met.
     - `shear`, `rotary_inertia`: both on is Timoshenko's beam (shear coefficient by Cowper 1966), both off
       Bernoulli's. Gyroscopic moments go with rotary inertia.
     - `material`, `rayleigh`, `damping`, `twist`: as for `Shaft`; M of the damping is the mass itself.
@@ -116,22 +132,33 @@ class FiniteElementShaft(Composite, Carrying):
     end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
     material: ShaftMaterial = steel()
     rayleigh: Float[Array, "2"] = undamped()
-    elements: int = option(whole(1, MOST_ELEMENTS), default=8)
+    elements: int | Literal["auto"] = option(_count, default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
+    up_to: float | None = option(number("Hz", above=0.0), metadata={"quantity": "Hz"}, default=None)
+
+    def __post_init__(self):
+        if self.elements == "auto":
+            self.elements = elements_for(self, self.up_to)
+
+    def mesh_error(self, up_to: float) -> float:
+        """By what part cutting raises a natural frequency at `up_to` (Hz), estimated from the length of waves
+        in the thinnest section: (kh)^4/1440 in bending and more with shear, (kh)^2/24 in torsion, kh radians
+        of a wave in an element (Strang & Fix 1973)."""
+        return mesh_error(self, int(self.elements), number("Hz", above=0.0)(up_to, "up_to"))
 
     def faults(self) -> Iterator[str]:
         yield from section_faults(self)
 
     @property
     def inner(self) -> int:
-        return sections(self) * self.elements - 1
+        return sections(self) * int(self.elements) - 1
 
     def segments(self) -> Segment:
         """All of them, stacked on the last axis."""
-        return cut(self, self.elements, self.shear, self.rotary_inertia)
+        return cut(self, int(self.elements), self.shear, self.rotary_inertia)
 
     def parts(self) -> Parts:
         segments = self.segments()
