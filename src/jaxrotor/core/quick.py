@@ -117,13 +117,14 @@ def _compiled(function: F, options: dict[str, Any], of_large: dict[str, Any] | N
         if of_large is None:
             return eqx.filter_jit(function, **more)
 
-        @functools.wraps(function)
         def measured(*args: Any, **kwargs: Any) -> Any:
             program = eqx.filter_make_jaxpr(plain)(*args, **kwargs)[0]
             if (largest_loop(program.jaxpr) >= _LARGE) != large:
                 raise _Other
             return plain(*args, **kwargs)  # traced once, for both sizes
 
+        # nothing else of it: a module's fields would come along
+        measured.__name__ = getattr(function, "__name__", "program")
         return eqx.filter_jit(measured, **more)
 
     @functools.wraps(function)
