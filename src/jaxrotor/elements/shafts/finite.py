@@ -139,7 +139,7 @@ class FiniteElementShaft(Composite, Carrying):
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
     up_to: float | None = option(number("Hz", above=0.0), metadata={"quantity": "Hz"}, default=None)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.elements == "auto":
             self.elements = elements_for(self, self.up_to)
 
