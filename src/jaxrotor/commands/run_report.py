@@ -10,6 +10,7 @@ import numpy as np
 from .. import plot
 from ..core.files import written_whole
 from ..core.protocol import AbstractConnector
+from ..core.result_text import table_of
 from ..machine.machine import Machine
 from ..plot import select
 from ..plot.style import close, figure_of
@@ -189,6 +190,4 @@ def summary_table(response: Response) -> str:
                 f"{force['peak']:.4g} N" if force else "-",
             )
         )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows]
-    return "\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]])
+    return table_of(rows)

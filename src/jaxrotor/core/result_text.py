@@ -47,6 +47,13 @@ def laid_out(title: str, shown: list[tuple[str, str]]) -> str:
     return "\n".join([title, *(cut(f"  {name:{size}}  {text}") for name, text in shown)])
 
 
+def table_of(rows: list[tuple[str, ...]]) -> str:
+    """Lines of text with a rule below the first, which heads the columns."""
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows]
+    return "\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]])
+
+
 def cut(line: str) -> str:
     """No longer than a screen is wide."""
     line = line.partition("\n")[0]

@@ -10,10 +10,9 @@ from ..core.arguments import number, whole
 from ..core.bar import with_bar
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.kinematics import COORDINATES
 from ..core.protocol import Composite
+from ..core.result_text import table_of
 from ..machine.machine import Machine
-from ..machine.wiring import FIXED
 from .linearise import linearize
 from .modes import modes
 
@@ -52,10 +51,7 @@ class Convergence(eqx.Module):
             order = "-" if np.isnan(self.order[k]) else f"{self.order[k]:.1f}"
             errors = (f"{100 * e:.2g} %" for e in self.error[:, k])
             rows.append((name, f"{self.limit[k] / (2 * np.pi):.6g}", order, *errors))
-        widths = [max(map(len, column)) for column in zip(*rows)]
-        lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows]
-        shafts = ", ".join(self.elements)
-        return "\n".join([*lines, f"elements in each section of {shafts}"])
+        return f"{table_of(rows)}\nelements in each section of {', '.join(self.elements)}"
 
 
 @takes(speed=number("rad/s"), count=whole(1), meshes=whole(3, 6))
@@ -124,13 +120,5 @@ def _refined(machine: Machine, factor: int) -> Machine:
             return f"{shaft}.{int(inner) * factor}"
         return name
 
-    fixed: dict[str, list[str]] = {}
-    prescribed: dict[str, dict[str, Any]] = {}
-    for held in machine.wiring.held:
-        station, coordinate = machine.wiring.stations[held.station], COORDINATES[held.coordinate]
-        if held.motion == FIXED:
-            fixed.setdefault(station, []).append(coordinate)
-        else:
-            prescribed.setdefault(station, {})[coordinate] = machine.motions[held.motion]
     connections = {k: tuple(map(place, ends)) for k, ends in machine.connections().items()}
-    return Machine(elements, connections, machine.gravity, fixed, prescribed)
+    return Machine(elements, connections, machine.gravity, machine.fixed(), machine.prescribed())

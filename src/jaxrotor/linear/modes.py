@@ -7,7 +7,7 @@ import scipy.linalg
 
 from ..core.arguments import whole
 from ..core.gate import takes
-from ..core.result_text import HERTZ, shows
+from ..core.result_text import HERTZ, shows, table_of
 from .linearise import LinearModel
 from .lowest_modes import lowest
 
@@ -224,6 +224,4 @@ def table(found: list[Mode]) -> str:
                 shares,
             )
         )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows]
-    return "\n".join([lines[0], "-" * max(map(len, lines)), *lines[1:]])
+    return table_of(rows)

@@ -30,3 +30,7 @@ class Built(Protocol):
     def filled(self) -> "Built":
         """With the lumped shares of shafts filled in."""
         ...
+
+    def fixed(self) -> dict[str, tuple[str, ...]]:
+        """station -> the names of those of its coordinates that stay zero."""
+        ...

@@ -175,6 +175,24 @@ class Machine(Part):
             for name, ends in zip(self.wiring.connectors, self.wiring.ends)
         }
 
+    def fixed(self) -> dict[str, tuple[str, ...]]:
+        """station -> the names of those of its coordinates that stay zero."""
+        names: dict[str, tuple[str, ...]] = {}
+        for held in self.wiring.held:
+            if held.motion == FIXED:
+                station = self.wiring.stations[held.station]
+                names[station] = (*names.get(station, ()), COORDINATES[held.coordinate])
+        return names
+
+    def prescribed(self) -> dict[str, dict[str, AbstractMotion]]:
+        """station -> {coordinate: motion}, in the order given."""
+        moved: dict[str, dict[str, AbstractMotion]] = {}
+        for held in sorted(self.wiring.held, key=lambda h: h.motion):
+            if held.motion != FIXED:
+                station = moved.setdefault(self.wiring.stations[held.station], {})
+                station[COORDINATES[held.coordinate]] = self.motions[held.motion]
+        return moved
+
     @property
     def is_driven(self) -> bool:
         """Whether the spin of the line, or of a part of it, is given."""

@@ -117,18 +117,17 @@ def _groups(machine: Built) -> list[tuple[str, list[_Row]]]:
     for name, element in zip(wiring.connectors, machine.connectors):
         if not isinstance(element, AbstractConnector):
             attached.append(_row(name, element, "at " + ", ".join(places[name])))
-    fixed: dict[str, list[str]] = {}
     given = []
     for held in wiring.held:
         station, coordinate = wiring.stations[held.station], COORDINATES[held.coordinate]
-        if held.motion == FIXED:
-            fixed.setdefault(station, []).append(coordinate)
-        else:
+        if held.motion != FIXED:
             motion = machine.motions[held.motion] if held.motion < len(machine.motions) else None
             along = Within(length=coordinate in "xyz")
             given.append(_row(f"{station}.{coordinate}", motion, within=along))
     groups = [("line:", line), ("attached:", attached)]
-    groups.append(("fixed:", [_Row(name, ", ".join(which), ()) for name, which in fixed.items()]))
+    groups.append(
+        ("fixed:", [_Row(name, ", ".join(which), ()) for name, which in machine.fixed().items()])
+    )
     groups.append(("prescribed:", given))
     return [(title, rows) for title, rows in groups if rows]
 

@@ -137,10 +137,10 @@ def for_slopes(simulation: Simulation, reverse: bool) -> Simulation:
     forward = isinstance(simulation.adjoint, diffrax.ForwardMode)
     if simulation.adjoint is not None and forward != reverse:
         return simulation
-    if is_planned(simulation.solver):
-        adjoint = None if reverse else diffrax.ForwardMode()
-        return dataclasses.replace(simulation, adjoint=adjoint)
-    adjoint = diffrax.RecursiveCheckpointAdjoint() if reverse else diffrax.ForwardMode()
+    adjoint = diffrax.ForwardMode()
+    if reverse:
+        planned = is_planned(simulation.solver)
+        adjoint = None if planned else diffrax.RecursiveCheckpointAdjoint()
     return dataclasses.replace(simulation, adjoint=adjoint)
 
 

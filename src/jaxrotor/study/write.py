@@ -11,11 +11,9 @@ import tomli_w
 
 from ..core.declared import ALONE, Within, is_default, same
 from ..core.errors import InputError
-from ..core.kinematics import COORDINATES
 from ..core.parameter import known
 from ..core.protocol import AbstractConnector, AbstractStation, Ended
 from ..machine.machine import Machine
-from ..machine.wiring import FIXED
 from ..profiles.schedule import Steady
 from .build import flat, hints_of
 from .kinds import public_constants, public_kinds
@@ -81,17 +79,15 @@ class _Writer:
         return table
 
     def _held(self, machine: Machine) -> dict[str, Any]:
-        wiring, fixed, given = machine.wiring, {}, {}
-        for held in sorted(wiring.held, key=lambda h: h.motion):
-            station, coordinate = wiring.stations[held.station], COORDINATES[held.coordinate]
-            if held.motion == FIXED:
-                fixed.setdefault(station, []).append(coordinate)
-            else:
-                motion = machine.motions[held.motion]
-                within = Within(length=coordinate in "xyz")
-                place = f"{station}.{coordinate}"
-                table = self._part(motion, object, within, place, "")
-                given.setdefault(station, {})[coordinate] = table
+        def told(station: str, coordinate: str, motion: Any) -> Any:
+            within = Within(length=coordinate in "xyz")
+            return self._part(motion, object, within, f"{station}.{coordinate}", "")
+
+        fixed = {station: list(names) for station, names in machine.fixed().items()}
+        given = {
+            station: {coordinate: told(station, coordinate, m) for coordinate, m in motions.items()}
+            for station, motions in machine.prescribed().items()
+        }
         return {k: v for k, v in (("fixed", fixed), ("prescribed", given)) if v}
 
     def _element(self, name: str, part: Any) -> dict[str, Any]:

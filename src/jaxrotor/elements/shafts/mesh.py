@@ -13,6 +13,8 @@ from .segment import MOST_ELEMENTS
 
 # Of natural frequencies, what the cutting may add.
 MESH_ERROR = 1e-3
+# Of a wave with kh radians in an element: (kh)^4 over the one in bending, (kh)^2 over the other elsewhere.
+_CUBIC, _LINEAR = 1440, 24
 
 
 class _Waves(NamedTuple):
@@ -36,8 +38,8 @@ def mesh_error(shaft: Any, elements: int, up_to: float) -> float:
     """
     waves = _waves(shaft, 2 * np.pi * up_to)
     bent, straight = (waves.length / elements * k for k in (waves.bending, waves.straight))
-    error = bent**4 / 1440 + waves.yielding * bent**2 / 24
-    return float(np.max(np.maximum(error, straight**2 / 24)))
+    error = bent**4 / _CUBIC + waves.yielding * bent**2 / _LINEAR
+    return float(np.max(np.maximum(error, straight**2 / _LINEAR)))
 
 
 def elements_for(shaft: Any, up_to: float | None) -> int:
@@ -54,11 +56,14 @@ def elements_for(shaft: Any, up_to: float | None) -> int:
             "traced: build the shaft outside of `jit` and `grad`, and change it by machine.set"
         )
     waves = _waves(shaft, 2 * np.pi * up_to)
-    linear, quartic = waves.yielding / 24, 1 / 1440
+    linear, quartic = waves.yielding / _LINEAR, 1 / _CUBIC
     with np.errstate(all="ignore"):
         # (kh)^2 of an element that just serves, in bending
         square = 2 * MESH_ERROR / (linear + np.sqrt(linear**2 + 4 * quartic * MESH_ERROR))
-        bent, straight = waves.bending / np.sqrt(square), waves.straight / np.sqrt(24 * MESH_ERROR)
+        bent, straight = (
+            waves.bending / np.sqrt(square),
+            waves.straight / np.sqrt(_LINEAR * MESH_ERROR),
+        )
         needed = waves.length * np.maximum(bent, straight)
     most = float(np.max(needed))
     if not np.isfinite(most):  # of dimensions that cannot be, which the machine refuses by name
