@@ -155,6 +155,21 @@ class Massive(AbstractElement):
         """Potential energy in gravity, J; linear in the coordinates."""
 
 
+class Condensable(Massive, Linear, Acting):
+    """A piece of circular shaft between two stations, linear but for its turning. Where nothing else acts on
+    a station between two such pieces, the station may follow those beside it (machine/condensed.py).
+
+    Bending in two planes, stretching and twisting do not couple in `matrices` and `mass_matrix`; its
+    `forces` are `core.turning.turning_forces` of what `turning` tells, and its stations' own weight,
+    momentum and states are none.
+    """
+
+    @abc.abstractmethod
+    def turning(self) -> tuple[Float[Array, "12 12"], Float[Array, "12 12"] | None]:
+        """G, skew: the gyroscopic moments per rad/s of spin less what the spin's momentum gives at the ends;
+        and what of the damping turns with the shaft, `None` where none does."""
+
+
 class Carrying(AbstractConnector):
     """Gives inertia to the stations beside it; nothing need be lumped to them."""
 

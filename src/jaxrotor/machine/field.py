@@ -41,7 +41,7 @@ class Evaluation(NamedTuple):
 
     `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node. The sixth
     coordinate is chi, as force laws see it (`angles` has phi), but in the paper's machines.
-    `reaction`: generalized constraint forces ON each station. `loads`: all others ON each station
+    Behind the driven ends stand the stations that follow others. `reaction`: generalized constraint forces ON each station. `loads`: all others ON each station
     with mass, its weight among them. `states`: internal ones; `rates`: their derivatives.
     """
 
@@ -189,19 +189,27 @@ def n_free(system: System) -> int:
     return len(system.layout.free)
 
 
-def station_motions(t, y, system: System) -> tuple[Array, Array]:
-    """Coordinates and rates (6, n) of every station, driven ends last, with phi; no force is looked at."""
-    reference = system.reference(t)
+def station_motions(
+    t, y, system: System, reference: Reference | None = None
+) -> tuple[Array, Array]:
+    """Coordinates and rates (6, n) of every station, driven ends behind, and last those that follow others;
+    with phi; no force is looked at."""
+    layout = system.layout
+    nodes = layout.n_nodes
+    reference = system.reference(t) if reference is None else reference
     u, s, _ = unpack(t, y, system, reference)
     q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
-    if system.layout.n_ground:
+    if system.condensed is not None:
+        N, V = node_motions(t, y, system, reference)
+        q, v = (jnp.concatenate([x, y[:, nodes:]], axis=1) for x, y in ((q, N), (v, V)))
+    elif layout.n_ground:
         given = system.given(t, reference)
         q, v = (jnp.concatenate(pair, axis=1) for pair in zip((q, v), given))
-    return from_turning(q, v) if system.layout.invariant else (q, v)
+    return from_turning(q, v) if layout.invariant else (q, v)
 
 
 def node_motions(t, y, system: System, reference: Reference | None = None) -> tuple[Array, Array]:
-    """Coordinates and rates (6, n_nodes + n_ground) of every node."""
+    """Coordinates and rates (6, n) of every node, of driven ends, and of stations that follow others."""
     reference = system.reference(t) if reference is None else reference
     u, s, _ = unpack(t, y, system, reference)
     q, v = _add_spin(u, reference[0], system), _add_spin(s, reference[1], system)
@@ -210,7 +218,7 @@ def node_motions(t, y, system: System, reference: Reference | None = None) -> tu
     if system.layout.n_ground:
         qg, vg, _ = system.given(t, reference)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
-    return N, V
+    return with_followers(N, system), with_followers(V, system)
 
 
 def _evaluate(
@@ -240,6 +248,8 @@ def _evaluate(
         qg, vg, ag = system.given(t, reference)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
     extra = [_act(t, actor, N, V, z) for actor in system.actors]
+    if system.condensed is not None:
+        extra.append([(system.condensed.nodes, system.condensed.forces(N, V))])
     Q = _gather(Q, [e for e in extra if e is not None], count)
     if system.mass is not None:
         Q = Q + system.mass.weight[:, :count]
@@ -267,6 +277,13 @@ def _evaluate(
         q, v, a = (jnp.concatenate(pair, axis=1) for pair in ((q, qg), (v, vg), (a, ag)))
         on_ground = -Q[:, m:] if inertia is None else inertia[:, m:] - Q[:, m:]
         reaction = jnp.concatenate([reaction, on_ground], axis=1)
+    if outputs and system.condensed is not None:
+        at_nodes = with_followers(N, system), with_followers(V, system)
+        q, v = (jnp.concatenate([x, y[:, m + g :]], axis=1) for x, y in zip((q, v), at_nodes))
+        A = _node_accelerations(t, q[:, :n], v[:, :n], a[:, :n], system, reference)
+        a = jnp.concatenate([a, system.condensed.followers(A)], axis=1)
+        reaction = jnp.pad(reaction, ((0, 0), (0, layout.n_followers)))
+        N, V = at_nodes
     return Evaluation(q, v, a, (N, V), loads, reaction, z, rates)
 
 
@@ -316,11 +333,16 @@ def _ground_acts(system: System) -> bool:
     return any(n >= m for a in system.actors for end in a.nodes for n in end)
 
 
-def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
-    """Derivatives of the internal states, after the accelerations."""
-    stateful = [actor for actor in system.actors if _has_state(actor)]
-    if not stateful:
-        return jnp.zeros(0)
+def with_followers(x: Array, system: System) -> Array:
+    """(6, n) of all nodes, with those of stations that follow others behind: coordinates, rates or
+    accelerations, in a spin that all share or as they are."""
+    if system.condensed is None:
+        return x
+    return jnp.concatenate([x, system.condensed.followers(x)], axis=1)
+
+
+def _node_accelerations(t, q, v, a, system: System, reference: Reference) -> Array:
+    """Of all nodes, driven ends last; `q`, `v`, `a` of stations with mass."""
     layout = system.layout
     A = a
     if layout.ports or layout.n_nodes > layout.n_mass:
@@ -331,6 +353,15 @@ def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
         A = jax.jvp(velocity, (q, v), (v, a))[1]
     if layout.n_ground:
         A = jnp.concatenate([A, system.given(t, reference)[2]], axis=1)
+    return A
+
+
+def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
+    """Derivatives of the internal states, after the accelerations."""
+    stateful = [actor for actor in system.actors if _has_state(actor)]
+    if not stateful:
+        return jnp.zeros(0)
+    A = _node_accelerations(t, q, v, a, system, reference)
     out = []
     for actor in stateful:
         motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)

@@ -1,8 +1,9 @@
 """Where each station stands in the arrays: static bookkeeping, computed from a machine's structure.
 
 Inside, stations with mass come first, sorted by kind, so that each kind is a slice; given motions
-(driven ends) come last. *Nodes* are the points where connectors hold: the stations themselves, and
-after the stations with mass any further ports. Arrays are component-first, `(6, n)`.
+(driven ends) come next, and last the stations that follow others (condensation). *Nodes* are the points
+where connectors hold: the stations themselves, and after the stations with mass any further ports. Arrays
+are component-first, `(6, n)`; those who solve leave the followers out.
 """
 
 from dataclasses import dataclass
@@ -32,11 +33,13 @@ class StationGroup:
 @dataclass(frozen=True)
 class ConnectorGroup:
     """Connectors of one kind: the line-up's `blocks` and `members`, and for each end the nodes it
-    holds."""
+    holds. `condensed`: some hold a station that follows others; what all of them do is done by what stands
+    for them (condensed.py)."""
 
     blocks: tuple[int, ...]
     members: tuple[int, ...]
     nodes: tuple[tuple[int, ...], ...]
+    condensed: bool
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,9 @@ class Layout:
     internal: tuple[int, ...]
     # as `turns_by_chi` says
     invariant: bool
+    # the nodes of each run of kept ones among followers, where there are such
+    kept_runs: tuple[tuple[int, ...], ...]
+    n_followers: int
 
     @property
     def n_mass(self) -> int:
@@ -113,10 +119,13 @@ def lay_out(lineup: Lineup) -> Layout:
     held: dict[int, dict[int, int]] = {}
     for h in wiring.held:
         held.setdefault(h.station, {})[h.coordinate] = h.motion
+    condensation = wiring.condensation
+    followers = () if condensation is None else condensation.followers
+    condensed = set() if condensation is None else condensation.stations
     keys, ground, first, member = [], [], {}, 0
     for block in lineup.stations:
         one = block.one()
-        first[member] = one
+        first.update(dict.fromkeys(range(member, member + len(block)), one))
         if isinstance(one, AbstractPrescribed):
             ground.append(member)
             keys.append(None)
@@ -125,6 +134,9 @@ def lay_out(lineup: Lineup) -> Layout:
         member += len(block)
     groups, internal, start = [], {}, 0
     for blocks, members in _grouped(lineup.stations, keys):
+        members = [m for m in members if m not in followers]
+        if not members:
+            continue
         coordinates = tuple(sorted(held.get(members[0], {})))
         one = first[members[0]]
         groups.append(
@@ -152,6 +164,9 @@ def lay_out(lineup: Lineup) -> Layout:
     for k, s in enumerate(ground):
         internal[s] = start + k
         nodes[s, ""] = len(node_station) + k
+    for k, s in enumerate(followers, len(ground)):
+        internal[s] = start + k
+        nodes[s, ""] = len(node_station) + k
     connector_keys, member = [], 0
     for block in lineup.connectors:
         connector_keys.append((structure(block.one()), len(wiring.ends[member])))
@@ -164,6 +179,7 @@ def lay_out(lineup: Lineup) -> Layout:
                 tuple(nodes[wiring.ends[m][end]] for m in members)
                 for end in range(len(wiring.ends[members[0]]))
             ),
+            any(s in condensed for m in members for s, _ in wiring.ends[m]),
         )
         for blocks, members in _grouped(lineup.connectors, connector_keys)
     )
@@ -175,6 +191,11 @@ def lay_out(lineup: Lineup) -> Layout:
         tuple(node_station),
         tuple(internal[i] for i in range(len(wiring.stations))),
         turns_by_chi(lineup),
+        tuple(
+            tuple(internal[s] for s in span.kept)
+            for span in (() if condensation is None else condensation.spans)
+        ),
+        len(followers),
     )
 
 

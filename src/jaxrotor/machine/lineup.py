@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -80,9 +81,7 @@ def line_up(machine: Built) -> Lineup:
                     )
     for i in sorted(inner):
         stations += inner[i]
-    whole = Wiring(
-        wiring.stations, tuple(names), tuple(ends), wiring.held, wiring.order, wiring.inner
-    )
+    whole = replace(wiring, connectors=tuple(names), ends=tuple(ends))
     return Lineup(tuple(stations), tuple(connectors), whole)
 
 

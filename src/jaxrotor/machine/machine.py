@@ -7,7 +7,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ..core.arguments import mapping, names, text
+from ..core.arguments import mapping, names, number, text
 from ..core.doors import plot_door, through
 from ..core.errors import InputError, refuse
 from ..core.gate import takes
@@ -25,6 +25,7 @@ from ..core.protocol import (
     Lumping,
 )
 from ..profiles.motion import AbstractMotion
+from .condensation import condensed_by
 from .ends import check_carried, check_ends, massless
 from .lineup import structure_of
 from .paths import field_of, place_of, resolve, walk
@@ -192,6 +193,24 @@ class Machine(Part):
                 station = moved.setdefault(self.wiring.stations[held.station], {})
                 station[COORDINATES[held.coordinate]] = self.motions[held.motion]
         return moved
+
+    @takes(up_to=number("Hz", above=0.0), tolerance=number(above=0.0, below=1.0))
+    def reduced(self, up_to: float, tolerance: float = 1e-6) -> "Machine":
+        """The same machine with fewer stations to solve for, by component mode synthesis (Hurty 1965; Craig &
+        Bampton 1968): where nothing but two pieces of a `FiniteElementShaft` meets, a station follows others.
+
+        So many are kept that natural frequencies below `up_to` (Hz) are too high by no more than `tolerance`,
+        as estimated on the machine at rest: `machine.wiring.condensation.error`. Statics are exact. All
+        stations keep their names and stand in every result; parameters keep their paths, may change (inside
+        `jit` too) and be differentiated by. Where much changes, reduce anew: `machine.full().reduced(...)`.
+        Raises `InputError` for wrong input and inside `jit`.
+        """
+        choose = through("machine.reduction", "choose")
+        return condensed_by(self, choose(self.full(), up_to, tolerance))
+
+    def full(self) -> "Machine":
+        """With all stations solved for."""
+        return condensed_by(self, None)
 
     @property
     def is_driven(self) -> bool:

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import with_last
 from ..core.protocol import Carried, Massive
+from .condensed import CondensedMatrices
 from .layout import Layout
 from .placing import placed
 
@@ -47,11 +48,13 @@ class CoupledMass(eqx.Module):
     weight: Float[Array, "6 m"]
 
 
-def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | None:
+def assemble_mass(
+    layout: Layout, stations, joined, gravity, condensed: CondensedMatrices | None = None
+) -> CoupledMass | None:
     """`stations`: stacked elements of each group; `joined`: (stacked connector, nodes of each end)."""
     massive = [(e, nodes) for e, nodes in joined if isinstance(e, Massive)]
     carried = [g for g in layout.stations if g.carried]
-    if not massive and not carried:
+    if not massive and not carried and condensed is None:
         return None
     n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
     parts = [
@@ -66,11 +69,14 @@ def assemble_mass(layout: Layout, stations, joined, gravity) -> CoupledMass | No
                 axis_size=group.stop - group.start,
             )(stacked)
             parts.append((own, (tuple(range(group.start, group.stop)),)))
+    touched = {k for _, nodes in massive for end in nodes for k in end}
+    if condensed is not None:
+        parts.append((condensed.M[..., None], condensed.ends))
+        touched |= {*condensed.shafts.nodes}
     M = placed(parts, n)
     weight = jnp.einsum("anbm,b->an", M[:, :, :3], gravity)
     M = M.reshape(6 * n, 6 * n)
 
-    touched = {k for _, nodes in massive for end in nodes for k in end}
     is_carried = {k for g in carried for k in range(g.start, g.stop)}
     tilts = (3, 4) if layout.invariant else (3,)
     bound = [

@@ -21,13 +21,14 @@ def root(layout: Layout) -> int:
 
 
 def turning(layout: Layout, joined) -> Float[Array, " n"] | None:
-    """Ratio of each node's speed to the reference's (driven ends last); `None` where all are one.
+    """Ratio of each node's speed to the reference's (then driven ends, then followers); `None` where all are
+    one.
 
     Found by walking from the reference through shafts and gears; around a ring of gears any way.
     """
     if not any(isinstance(element, Geared) for element, _ in joined):
         return None
-    n = layout.n_nodes + layout.n_ground
+    n = layout.n_nodes + layout.n_ground + layout.n_followers
     owner = [*layout.node_station, *range(layout.n_nodes, n)]
     edges: dict[int, list[tuple[int, Array | None, bool]]] = {}
     for element, nodes in joined:

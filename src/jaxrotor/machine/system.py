@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from ..profiles.motion import AbstractMotion, differentiate
+from .condensed import CondensedMatrices, Condensed, condense
 from .layout import Layout, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
@@ -44,6 +45,7 @@ class System(eqx.Module):
 
     `moving` is `-[K C]` of the nodes on stations with mass; `whole` has the driven ends too (they
     matter for the reactions, and for the field where a driven end does more than spin).
+    `condensed`: what stands for shafts with inner stations that follow others.
     `spin` holds the generalized forces of a common unit angle and a common unit speed. `turn`: speed
     of each node over the reference's, where gears make them differ. `mass`: shafts with mass.
     """
@@ -61,6 +63,7 @@ class System(eqx.Module):
     spin: Float[Array, "n 2"]
     turn: Float[Array, " k"] | None
     mass: CoupledMass | None
+    condensed: Condensed | None
 
     def reference(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
         """Angle, speed and acceleration of the spin that the coordinates are measured from.
@@ -156,9 +159,15 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         (stacked, (tuple(range(g.start, g.stop)),)) for stacked, g in zip(groups, layout.stations)
     ]
     turn = turning(layout, joined)
-    matrices = _assemble_linear(layout, [*own, *joined], turn)
+    apart = [pair for pair, g in zip(joined, layout.connectors) if g.condensed]
+    whole = [pair for pair, g in zip(joined, layout.connectors) if not g.condensed]
+    condensed = condense(layout, apart) if apart else None
+    matrices = _assemble_linear(layout, [*own, *whole], turn, condensed)
     actors, rows, first = [], [], 0
     for element, nodes in [*own, *joined]:
+        if any(element is done for done, _ in apart):
+            rows.append((first, first))
+            continue
         count = 0
         if isinstance(element, Stateful):
             one = jax.tree.map(lambda x: x[..., 0], element)
@@ -180,7 +189,8 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         machine.gravity,
         *matrices,
         turn,
-        assemble_mass(layout, groups, joined, machine.gravity),
+        assemble_mass(layout, groups, whole, machine.gravity, condensed),
+        None if condensed is None else condensed.shafts,
     )
 
 
@@ -194,7 +204,9 @@ def _acts(actor: Actor, count: int) -> bool:
     return shapes is not None
 
 
-def _assemble_linear(layout: Layout, parts, turn) -> tuple[Array, Array, Array]:
+def _assemble_linear(
+    layout: Layout, parts, turn, condensed: CondensedMatrices | None
+) -> tuple[Array, Array, Array]:
     """One scatter for each kind, into K and C over all nodes, driven ends last."""
     m, n = layout.n_nodes, layout.n_nodes + layout.n_ground
     both = [
@@ -202,12 +214,14 @@ def _assemble_linear(layout: Layout, parts, turn) -> tuple[Array, Array, Array]:
         for element, nodes in parts
         if isinstance(element, Linear)
     ]
+    if condensed is not None:
+        both.append(((condensed.K[..., None], condensed.C[..., None]), condensed.ends))
     K, C = (placed(((pair[i], nodes) for pair, nodes in both), n) for i in (0, 1))
     moving = -jnp.concatenate(
         [K[:, :m, :, :m].reshape(6 * m, 6 * m), C[:, :m, :, :m].reshape(6 * m, 6 * m)], axis=1
     )
     whole = -jnp.concatenate([K.reshape(6 * n, 6 * n), C.reshape(6 * n, 6 * n)], axis=1)
-    turn = jnp.ones(n) if turn is None else turn
+    turn = jnp.ones(n) if turn is None else turn[:n]
     about = [-(X[:, :, 5] @ turn).ravel() for X in (K, C)]
     spin = jnp.stack(about, axis=1)
     return moving, whole, spin

@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..core.arguments import listed
 from ..core.errors import InputError
@@ -34,7 +35,7 @@ class Wiring:
     """Names and connections. `ends[i]` lists connector i's ends as (station, port).
 
     `stations` has the user's first, then those that composites make: `inner[i]` is the number of the
-    first one of connector i.
+    first one of connector i. `condensation`: which stations follow others.
     """
 
     stations: tuple[str, ...]
@@ -43,6 +44,7 @@ class Wiring:
     held: tuple[Held, ...]
     order: tuple[str, ...]
     inner: tuple[int, ...] = ()
+    condensation: Any = None
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> str:

@@ -12,7 +12,7 @@ from ..core.protocol import AbstractAttachment, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.shafts.finite import BeamElement
 from ..elements.shafts.section import Shaft
-from ..elements.shafts.twist import TURN
+from ..elements.shafts.twist import damped_rates
 from ..machine.field import Evaluation, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
@@ -68,9 +68,12 @@ def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Arr
         reference = system.reference(t)
         turned = unpack(t, y, system, reference)[0][5]
         if layout.n_ground:
-            turn = 1.0 if system.turn is None else system.turn[layout.n_nodes :]
+            turn = 1.0 if system.turn is None else system.turn[layout.n_nodes : layout.n_nodes + layout.n_ground]
             given = system.given(t, reference)[0][5] - turn * reference[0]
             turned = jnp.concatenate([turned, given])
+        if system.condensed is not None:
+            at_nodes = jnp.concatenate([turned[np.array(layout.node_station)], turned[layout.n_mass:]])
+            turned = jnp.concatenate([turned, system.condensed.turned(at_nodes)])
         return ratio * turned[b] - turned[a]
 
     return jax.vmap(one)(t, y)
@@ -246,10 +249,8 @@ def _stress(machine: Machine, t: Array, ev: Evaluation, name: str, mises: bool) 
         torque = element.torque(t, motions, None)
         if not mises:
             return torque * jnp.max(outer / (2 * polar))
-        deflected, moving = (jnp.concatenate([m[i] for m in motions]) for i in (0, 1))
-        if element.damping == "rotating":
-            speeds = jnp.stack([v[5] for _, v in motions])
-            moving = moving - jnp.repeat(speeds, 6) * (TURN @ deflected)
+        deflected = jnp.concatenate([q for q, _ in motions])
+        moving = jnp.concatenate(damped_rates(motions, element.damping))
         loads = (K @ (deflected + beta * moving)).reshape(2, 6)
         bending = _length(loads[:, 3], loads[:, 4], smoothing=_NEWTON_METRE)
         normal = bending * outer / polar + jnp.abs(loads[:, 2]) / area

@@ -97,7 +97,7 @@ def _balanced(
         x, left = newton_root(missing, start, _ITERATIONS, 1e-12, farther)
     left = left[:n]
     grounded = jnp.zeros(6 * layout.n_mass).at[np.array(layout.free, int)].set(left)
-    grounded = jnp.pad(grounded.reshape(6, -1), ((0, 0), (0, layout.n_ground)))
+    grounded = jnp.pad(grounded.reshape(6, -1), ((0, 0), (0, layout.n_ground + layout.n_followers)))
     return x, grounded.T[np.array(layout.internal)]
 
 

@@ -4,10 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.kinematics import from_turning, to_turning
+from ..core.kinematics import to_turning
 from ..core.part import Part
 from ..core.result_text import shows
-from ..machine.field import Reference, initial_states, pack, unpack
+from ..machine.field import Reference, initial_states, pack, station_motions, unpack
 from ..machine.system import System
 
 
@@ -39,14 +39,6 @@ def to_flat(state: State, system: System, reference: Reference) -> Float[Array, 
 
 def from_flat(t, y: Float[Array, " d"], system: System, reference: Reference) -> State:
     """The user's state at time `t`; driven ends included."""
-    phi, w, _ = reference
-    u, s, z = unpack(t, y, system, reference)
-    turn = 1.0 if system.turn is None else system.turn[: system.layout.n_mass]
-    q, v = u.at[5].add(phi * turn), s.at[5].add(w * turn)
-    if system.ground:
-        qg, vg, _ = system.given(t, reference)
-        q, v = jnp.concatenate([q, qg], axis=1), jnp.concatenate([v, vg], axis=1)
-    if system.layout.invariant:
-        q, v = from_turning(q, v)
+    q, v = station_motions(t, y, system, reference)
     index = np.array(system.layout.internal)
-    return State(q.T[index], v.T[index], z)
+    return State(q.T[index], v.T[index], unpack(t, y, system, reference)[2])

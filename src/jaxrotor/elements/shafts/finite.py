@@ -18,23 +18,23 @@ from ...core.protocol import (
     AbstractElastic,
     Carrying,
     Composite,
+    Condensable,
     Energetic,
-    Linear,
-    Massive,
     Motion,
     Parts,
     Signalling,
     Vec6,
 )
+from ...core.turning import turning_forces
 from ..rotors.node import Node
 from .material import ShaftMaterial, steel, undamped
 from .mesh import elements_for, mesh_error
 from .segment import MOST_ELEMENTS, Segment
 from .stepped import Sections, by_section, cut, section_faults, sections
-from .twist import circulatory_forces, damped_rates, twist_torque
+from .twist import damped_rates, twist_torque
 
 
-class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
+class BeamElement(AbstractElastic, Condensable, Energetic, Signalling):
     """One finite element with its matrices computed: made by `FiniteElementShaft`."""
 
     segment: Segment
@@ -56,27 +56,19 @@ class BeamElement(AbstractElastic, Massive, Linear, Energetic, Signalling):
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
-        # gyroscopic, beyond what the nodes' spin momentum gives: workless, as G is skew
-        (qa, va), (qb, vb) = motions
-        spins = [self._spin(q, v) for q, v in motions]
-        gyro = -0.5 * (spins[0] + spins[1]) * (self.G @ jnp.concatenate([va, vb]))
-        on_a, on_b = gyro[:6], gyro[6:]
-        if self.damping == "rotating":
-            B = self.rayleigh[1] * self.K
-            extra = circulatory_forces(B, motions)
-            on_a, on_b = on_a + extra[0], on_b + extra[1]
-        return on_a, on_b
+        G, rotating = self.turning()
+        q, v = (jnp.stack([m[i] for m in motions], axis=1) for i in (0, 1))
+        angles = from_turning(q, v) if self.twist == "invariant" else (q, v)
+        on = turning_forces(G, rotating, q, v, spin_speed(*angles))
+        return on[:, 0], on[:, 1]
+
+    def turning(self) -> tuple[Array, Array | None]:
+        return self.G, self.rayleigh[1] * self.K if self.damping == "rotating" else None
 
     def torque(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Twisting moment, N·m: positive when the right end leads."""
         k = self.K[11, 11]
         return twist_torque(k, self.rayleigh[1] * k, motions)
-
-    def _spin(self, q: Vec6, v: Vec6) -> Array:
-        """About the section's own axis, rad/s."""
-        if self.twist == "invariant":
-            q, v = from_turning(q, v)
-        return spin_speed(q, v)
 
     def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         return self.segment.strain_energy(*(q for q, _ in motions))

@@ -13,7 +13,7 @@ from ...core.protocol import AbstractElastic, Energetic, Linear, Motion, Nominal
 from .beam import beam_mass, beam_stiffness, shear_coefficient
 from .defect import AbstractShaftDefect, Section, as_defect, defect_energy, defect_forces
 from .material import ShaftMaterial, steel, undamped
-from .twist import circulatory_forces, damped_rates, twist_torque
+from .twist import circulation, damped_rates, twist_torque
 
 
 class Half(NamedTuple):
@@ -143,7 +143,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
         parts = []
         if self.damping == "rotating":
             B = self.rayleigh[1] * self._stiffness()
-            parts.append(circulatory_forces(B, motions))
+            parts.append(circulation(B, motions))
         if self.flaw is not None:
             (qa, _), (qb, _) = motions
             parts.append(defect_forces(self.flaw, self._sound(), qa, qb))

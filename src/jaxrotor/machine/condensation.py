@@ -1,0 +1,79 @@
+"""Which stations of shafts with mass are not solved for, but follow others (component mode synthesis):
+static bookkeeping."""
+
+import copy
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+
+from ..core.protocol import Carried, Condensable
+from .lineup import Lineup
+
+
+@dataclass(frozen=True)
+class Span:
+    """Stations between two that something else acts on too, by their numbers, along the shaft: `kept` ones
+    are solved for, `followers` follow these and the two ends."""
+
+    kept: tuple[int, ...]
+    followers: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Condensation:
+    """Of a machine. `up_to`: Hz; `error`: by what part natural frequencies below are too high, estimated when
+    it was chosen."""
+
+    spans: tuple[Span, ...]
+    up_to: float
+    error: float
+
+    @property
+    def followers(self) -> tuple[int, ...]:
+        return tuple(station for span in self.spans for station in span.followers)
+
+    @property
+    def stations(self) -> set[int]:
+        """Kept ones and followers."""
+        return {station for span in self.spans for station in (*span.kept, *span.followers)}
+
+
+def condensed_by(machine: Any, condensation: Condensation | None) -> Any:
+    """The machine with these stations following others."""
+    other = copy.copy(machine)
+    wiring = replace(machine.wiring, condensation=condensation)
+    object.__setattr__(other, "wiring", wiring)
+    return other
+
+
+def paths_of(lineup: Lineup) -> list[list[int]]:
+    """Stations that hold nothing but two pieces of condensable shaft, run by run, along the shaft."""
+    wiring, member = lineup.wiring, 0
+    beside: dict[int, list[int]] = {}  # station -> stations that a piece of shaft joins it to
+    other: set[int] = {h.station for h in wiring.held}
+    for block in lineup.connectors:
+        plain = isinstance(block.element, Condensable)
+        for ends in wiring.ends[member : member + len(block)]:
+            for (a, port), (b, _) in zip(ends, ends[1:] + ends[:1]):
+                if plain and not port:
+                    beside.setdefault(a, []).append(b)
+                else:
+                    other.add(a)
+        member += len(block)
+    inner, member = set(), 0
+    for block in lineup.stations:
+        if isinstance(block.element, Carried) and not jax.tree.leaves(block.element):
+            own = range(member, member + len(block))
+            inner |= {k for k in own if k not in other and len(beside.get(k, ())) == 2}
+        member += len(block)
+    paths, left = [], set(inner)
+    for first in sorted(inner):
+        if first in left and any(k not in inner for k in beside[first]):
+            path = [first]
+            left.discard(first)
+            while following := [k for k in beside[path[-1]] if k in left]:
+                path.append(following[0])
+                left.discard(following[0])
+            paths.append(path)
+    return paths

@@ -1,0 +1,140 @@
+"""What stands for condensed shafts (following.py): a shaft between fewer stations, with the same law.
+
+`T' K T`, `T' C T`, `T' M T` are assembled as any other's; `T' G T`, less what the spin's momentum gives at the
+stations already, makes its forces of turning.
+"""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..core.kinematics import from_turning, spin_speed
+from ..core.turning import turning_forces
+from .following import PLANES, Places, following, in_plane, places, with_own
+from .layout import Layout
+from .picked import picked
+
+class Condensed(eqx.Module):
+    """All condensed shafts of a machine. `nodes`: those that they hold and that are solved for; `follow`: of
+    each plane, the followers' coordinates for those of `nodes`; the rest as `turning_forces` takes it."""
+
+    nodes: tuple[int, ...] = eqx.field(static=True)
+    invariant: bool = eqx.field(static=True)
+    follow: tuple[Float[Array, "f k"], ...]
+    G: Float[Array, "m m"]
+    rotating: Float[Array, "m m"] | None
+
+    def followers(self, x: Float[Array, "6 n"]) -> Float[Array, "6 f"]:
+        """Their coordinates, rates or accelerations, for those of all nodes."""
+        x = picked(x, self.nodes)
+        rows: dict[int, Array] = {}
+        for plane, T in zip(PLANES, self.follow):
+            found = T @ x[np.array(plane)].ravel()
+            rows.update(zip(plane, found.reshape(len(plane), -1)))
+        return jnp.stack([rows[c] for c in range(6)])
+
+    def turned(self, angles: Float[Array, " n"]) -> Float[Array, " f"]:
+        """The followers' angles of turning, for those of all nodes."""
+        return self.follow[PLANES.index((5,))] @ picked(angles, self.nodes)
+
+    def forces(self, q: Float[Array, "6 n"], v: Float[Array, "6 n"]) -> Float[Array, "6 k"]:
+        """Of turning, on `nodes`, for the motion of all nodes."""
+        q, v = picked(q, self.nodes), picked(v, self.nodes)
+        angles = from_turning(q, v) if self.invariant else (q, v)
+        return turning_forces(self.G, self.rotating, q, v, spin_speed(*angles))
+
+
+class Pieces(eqx.Module):
+    """Elements of condensed shafts, side by side: (12, 12, members) each, and the nodes of both ends."""
+
+    K: Any
+    C: Any
+    M: Any
+    G: Any
+    rotating: Any
+    ends: tuple[tuple[int, ...], tuple[int, ...]] = eqx.field(static=True)
+
+
+def pieces(joined) -> Pieces:
+    """`joined`: (stacked elements, nodes of each end)."""
+
+    def of(element, count):
+        def one(e):
+            G, rotating = e.turning()
+            return *e.matrices(), e.mass_matrix(), G, jnp.zeros((12, 12)) if rotating is None else rotating
+
+        return jax.vmap(one, in_axes=-1, out_axes=-1, axis_size=count)(element)
+
+    found = [of(element, len(nodes[0])) for element, nodes in joined]
+    ends = tuple(tuple(k for _, nodes in joined for k in nodes[end]) for end in (0, 1))
+    return Pieces(*(jnp.concatenate(x, axis=-1) for x in zip(*found)), ends)
+
+
+def turns_rigidly(joined) -> bool:
+    """Whether nothing of the damping turns with the shaft."""
+    return all(
+        jax.eval_shape(lambda e: e.turning(), jax.tree.map(lambda x: x[..., 0], element))[1] is None
+        for element, _ in joined
+    )
+
+
+class CondensedMatrices(NamedTuple):
+    """Matrices over `nodes`, (6 n, 6 n) in the order of elements, node by node."""
+
+    shafts: Condensed
+    K: Array
+    C: Array
+    M: Array
+
+    @property
+    def ends(self) -> tuple[tuple[int, ...], ...]:
+        """As of an element that holds each of the nodes."""
+        return tuple((node,) for node in self.shafts.nodes)
+
+
+def condense(layout: Layout, joined) -> CondensedMatrices:
+    """`joined`: the stacked elements of the condensed groups, and the nodes of each end."""
+    own = pieces(joined)
+    first = layout.n_nodes + layout.n_ground
+    kept = (node for run in layout.kept_runs for node in run)
+    at = places(own.ends, kept, range(first, first + layout.n_followers))
+    n, k = at.size, len(at.solved)
+    K, C, M, B = ([in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating))
+    follow = tuple(following(jnp, K[i], M[i], at, len(p)) for i, p in enumerate(PLANES))
+    whole = [with_own(jnp, T, len(plane), k) for T, plane in zip(follow, PLANES)]
+
+    def reduced(X):
+        return [T.T @ x @ T for T, x in zip(whole, X)]
+
+    K, C, M, B = map(reduced, (K, C, M, B))
+    # all that turning does about x and y: of a piece, and of the momentum of its spin at its ends
+    momentum = jnp.sum(in_plane(jnp, own.M, at, (5,), (5,)), axis=1)
+    across = in_plane(jnp, own.G, at, PLANES[0], PLANES[1])
+    tilt = n + np.arange(n)
+    across = whole[0].T @ across.at[tilt, tilt].add(-momentum) @ whole[1]
+    tilt = k + np.arange(k)
+    across = across.at[tilt, tilt].add(jnp.sum(M[3], axis=1))
+    G = jnp.zeros((6 * k, 6 * k)).at[_places(k, PLANES[0], PLANES[1])].set(across)
+    rotating = None if turns_rigidly(joined) else _one(B, k)
+    shafts = Condensed(at.solved, layout.invariant, follow, _by_node(G - G.T, k), rotating)
+    return CondensedMatrices(shafts, *(_one(X, k) for X in (K, C, M)))
+
+
+def _places(k: int, rows: tuple[int, ...], columns: tuple[int, ...]):
+    return np.ix_(*(np.concatenate([c * k + np.arange(k) for c in plane]) for plane in (rows, columns)))
+
+
+def _one(parts: list[Array], k: int) -> Array:
+    """Of all planes, (6 k, 6 k)."""
+    found = jnp.zeros((6 * k, 6 * k))
+    for plane, part in zip(PLANES, parts):
+        found = found.at[_places(k, plane, plane)].set(part)
+    return _by_node(found, k)
+
+
+def _by_node(X: Array, k: int) -> Array:
+    return X.reshape(6, k, 6, k).transpose(1, 0, 3, 2).reshape(6 * k, 6 * k)

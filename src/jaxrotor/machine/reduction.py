@@ -1,0 +1,256 @@
+"""Choosing which stations of shafts with mass follow others, and what that costs in accuracy, as numbers.
+
+The estimate: of a natural vibration (λ = ω², shape u with u' M u = 1) of the reduced machine at rest, what is
+out of balance on the stations between, r = (K - λM) u, lowers λ by r' (K_ii - λM_ii)⁻¹ r, the second term of
+its series: Galerkin's error is the square of the shape's. Taken are twice r' K_ii⁻¹ r, which is more where the
+lowest natural shape that is left out lies above 1.4 times the frequency.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..core.columns import columns
+from ..core.parameter import is_concrete
+from ..core.errors import InputError
+from ..core.quick import quickly_compiled
+from .built import Built
+from .condensation import Condensation, Span, condensed_by, paths_of
+from .condensed import pieces
+from .field import initial_states, n_free, node_motions, relative_field
+from .following import PLANES, Places, following, in_plane, places, with_own
+from .layout import lay_out
+from .lineup import line_up, stack, structure_of
+from .system import assembled
+
+# Natural shapes with fixed ends are taken up to so many times the frequency at first.
+_FARTHER = 1.5
+# What is slower than this part of the frequency moves as in statics.
+_SLOW = 1e-3
+# Coordinates of kept stations that tell shapes apart badly would bring as much more rounding.
+_ROUGH = 1e3
+
+
+def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | None:
+    """So few stations that natural frequencies below `up_to` (Hz) are met to the tolerance; `None` where there
+    is nothing to leave out. Raises `InputError` under a trace."""
+    if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
+        raise InputError(
+            "which stations follow others cannot be chosen inside jit or vmap: call "
+            "`machine = machine.reduced(...)` before; parameters may change inside"
+        )
+    paths = [path for path in paths_of(structure_of(machine)) if len(path) > 1]
+    if not paths:
+        return None
+    shafts = _Shafts(machine, paths)
+    counts = shafts.shapes_below(2 * np.pi * _FARTHER * up_to)
+    while True:
+        trial = _Trial(shafts, counts)
+        if not trial.spans:
+            return None
+        errors = trial.errors(2 * np.pi * up_to)
+        error = float(errors.sum(axis=1).max(initial=0.0))
+        if error <= tolerance:
+            return Condensation(trial.spans, up_to, error)
+        # where most is lost, and nearly so
+        worst = errors.max(axis=0)
+        for run in np.flatnonzero(worst > 0.3 * worst.max()):
+            counts[trial.of[run]] += 1
+
+
+class _Rest(NamedTuple):
+    """Of the machine at rest with nothing kept, over its n free coordinates: (n, n) K and M, and the
+    coordinates of all nodes, (6, nodes, n)."""
+
+    K: Any
+    M: Any
+    nodes: Any
+
+
+class _Shafts:
+    """What is found of a machine once. Nodes of stations on the `paths` count from `first` on, by the
+    stations' numbers."""
+
+    def __init__(self, machine: Built, paths: list[list[int]]):
+        self.paths = paths
+        bare = condensed_by(
+            machine, Condensation(tuple(Span((), tuple(path)) for path in paths), 0.0, 0.0)
+        )
+        layout = lay_out(structure_of(bare))
+        self.first = layout.n_nodes + layout.n_ground
+        followers = [k for path in paths for k in path]
+        found, rest = _numbers(bare)
+        self.pieces, self.rest = jax.tree.map(np.asarray, (found, rest))
+        self.ends = tuple(
+            tuple(k if k < self.first else self.first + followers[k - self.first] for k in end)
+            for end in found.ends
+        )
+
+    def places(self, kept: Sequence[int], followers: Sequence[int]) -> Places:
+        return places(
+            self.ends, [self.first + k for k in kept], [self.first + k for k in followers]
+        )
+
+    def matrices(self, at: Places) -> list[tuple[np.ndarray, np.ndarray]]:
+        """K and M in each plane."""
+        own = self.pieces
+        return [tuple(in_plane(np, X, at, p, p) for X in (own.K, own.M)) for p in PLANES]  # pyright: ignore
+
+    @cached_property
+    def others(self) -> list[np.ndarray]:
+        """K and M of all else, over the coordinates of the rest."""
+        at = self.places([], [k for path in self.paths for k in path])
+        matrices = self.matrices(at)
+        follow = [following(np, *pair, at, len(plane)) for pair, plane in zip(matrices, PLANES)]
+        own = _of_shafts(at, matrices, follow, _maps(self, at))
+        return [self.rest.K - own[0], self.rest.M - own[1]]
+
+    @cached_property
+    def along(self) -> list[np.ndarray]:
+        """Where the stations of each path are, between 0 and 1: by the time that a wave of stretching takes."""
+        times: dict[int, list[float]] = {}
+        pairs: dict[frozenset[int], float] = {}
+        each = np.sqrt(self.pieces.M[2, 8] / -self.pieces.K[2, 8])
+        for a, b, t in zip(*self.ends, each):
+            pairs[frozenset((a, b))] = t
+            for k in (a, b):
+                times.setdefault(k, []).append(t)
+        found = []
+        for path in self.paths:
+            nodes = [self.first + k for k in path]
+            steps = [pairs[frozenset(pair)] for pair in zip(nodes, nodes[1:])]
+            begin, end = sum(times[nodes[0]]) - steps[0], sum(times[nodes[-1]]) - steps[-1]
+            at = begin + np.concatenate([[0.0], np.cumsum(steps)])
+            found.append(at / (at[-1] + end))
+        return found
+
+    def shapes_below(self, frequency: float) -> np.ndarray:
+        """Of each path, how many stations tell its natural shapes below (rad/s) apart."""
+        at = self.places([], [k for path in self.paths for k in path])
+        counts = np.zeros(len(self.paths), int)
+        for plane, (K, M) in zip(PLANES, self.matrices(at)):
+            for run, (_, _, own) in enumerate(at.runs):
+                i = np.concatenate([c * at.size + np.array(own) for c in range(len(plane))])
+                values, _ = _vibrations(K[np.ix_(i, i)], M[np.ix_(i, i)])
+                found = int(np.sum(values < frequency**2))
+                counts[run] = max(counts[run], -(-found // len(plane)))
+        return counts
+
+
+class _Trial:
+    """So many stations kept on each path. `of`: the path of each run."""
+
+    def __init__(self, shafts: _Shafts, counts: np.ndarray):
+        self.shafts = shafts
+        spans, self.of = [], []
+        for i, (path, along, count) in enumerate(zip(shafts.paths, shafts.along, counts)):
+            wanted = (np.arange(count) + 1) / (count + 1)
+            near = {int(np.argmin(np.abs(along - x))) for x in wanted}
+            if len(near) < count or count > len(path) - 2:
+                continue  # all are solved for
+            kept = tuple(path[k] for k in sorted(near))
+            spans.append(Span(kept, tuple(k for k in path if k not in kept)))
+            self.of.append(i)
+        self.spans = tuple(spans)
+
+    def errors(self, frequency: float) -> np.ndarray:
+        """By what part natural frequencies below (rad/s) are too high, (modes, runs)."""
+        shafts, spans = self.shafts, self.spans
+        kept = [k for span in spans for k in span.kept]
+        at = shafts.places(kept, [k for span in spans for k in span.followers])
+        matrices, solved = shafts.matrices(at), len(at.solved)
+        follow = [following(np, *pair, at, len(plane)) for pair, plane in zip(matrices, PLANES)]
+        if max(np.abs(T).max() for T in follow) > _ROUGH:
+            return np.full((1, len(spans)), np.inf)
+        maps = _maps(shafts, at)
+        own, n = _of_shafts(at, matrices, follow, maps), shafts.rest.K.shape[0]
+        for X, others in zip(own, shafts.others):
+            X[:n, :n] += others
+        values, shapes = _vibrations(*own)
+        below = values < frequency**2
+        values, shapes = values[below], shapes[:, below]
+        found = np.zeros((values.size, len(spans)))
+        for plane, (K, M), T, moved in zip(PLANES, matrices, follow, maps):
+            width = len(plane)
+            u = with_own(np, T, width, solved) @ (moved @ shapes)
+            left = K @ u - M @ u * values
+            for run, (_, _, own) in enumerate(at.runs):
+                i = np.concatenate([c * at.size + np.array(own) for c in range(width)])
+                lowered = np.sum(left[i] * np.linalg.solve(K[np.ix_(i, i)], left[i]), axis=0)
+                found[:, run] += lowered / np.maximum(values, (_SLOW * frequency) ** 2)
+        return found  # twice of λ, once of ω
+
+
+def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
+    """In each plane, the coordinates of nodes that are solved for by all free ones: those of the rest, then
+    of each station on a path that is solved for."""
+    n, first = shafts.rest.K.shape[0], shafts.first
+    inner = [node for node in at.solved if node >= first]
+    found = []
+    for plane in PLANES:
+        rows = np.zeros((len(plane), len(at.solved), n + 6 * len(inner)))
+        for i, c in enumerate(plane):
+            for k, node in enumerate(at.solved):
+                if node < first:
+                    rows[i, k, :n] = shafts.rest.nodes[c, node]
+                else:
+                    rows[i, k, n + 6 * inner.index(node) + c] = 1.0
+        found.append(rows.reshape(-1, rows.shape[2]))
+    return found
+
+
+def _of_shafts(at: Places, matrices, follow, maps) -> list[np.ndarray]:
+    """K and M of the condensed shafts over all free coordinates."""
+    found = []
+    for which in (0, 1):
+        X = 0.0
+        for plane, pair, T, moved in zip(PLANES, matrices, follow, maps):
+            T = with_own(np, T, len(plane), len(at.solved)) @ moved
+            X = X + T.T @ pair[which] @ T
+        found.append(X)
+    return found
+
+
+def _vibrations(K: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """λ, rising, and shapes u with u' M u = 1, side by side."""
+    size = 1.0 / np.sqrt(np.diagonal(M))  # metres and radians differ by orders
+    L = np.linalg.cholesky(0.5 * (M + M.T) * size * size[:, None])
+    back = np.linalg.inv(L) * size
+    values, vectors = np.linalg.eigh(back @ (0.5 * (K + K.T)) @ back.T)
+    return values, back.T @ vectors
+
+
+@quickly_compiled
+def _numbers(machine: Any) -> tuple[Any, _Rest]:
+    """Of a machine with condensed shafts: their pieces, and what is `_Rest`."""
+    lineup = line_up(machine)
+    system = assembled(machine, lineup, nominal=True)
+    layout, n, zero = system.layout, n_free(system), jnp.zeros(())
+    joined = [
+        (stack([lineup.connectors[b] for b in g.blocks]), g.nodes)
+        for g in layout.connectors
+        if g.condensed
+    ]
+    reference = (system.reference(zero)[0], zero, zero)
+    z = initial_states(system)
+    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
+
+    def accelerations(both: Array) -> Array:
+        y = jnp.concatenate([both[:n], jnp.zeros(n), z])
+        applied = jnp.zeros((6, layout.n_nodes)).at[component, station].set(both[n:])
+        return relative_field(zero, y, system, reference, applied)[n : 2 * n]
+
+    slopes, _ = columns(accelerations, jnp.zeros(2 * n))
+    M = jnp.linalg.inv(slopes[:, n:])
+
+    def nodes(u: Array) -> Array:
+        y = jnp.concatenate([u, jnp.zeros(n), z])
+        return node_motions(zero, y, system, reference)[0].ravel()
+
+    moved, _ = columns(nodes, jnp.zeros(n))
+    return pieces(joined), _Rest(-M @ slopes[:, :n], M, moved.reshape(6, -1, n))
