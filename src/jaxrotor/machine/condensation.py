@@ -48,16 +48,16 @@ def condensed_by(machine: Any, condensation: Condensation | None) -> Any:
 
 
 def paths_of(lineup: Lineup) -> list[list[int]]:
-    """Stations that hold nothing but two pieces of condensable shaft, run by run, along the shaft."""
+    """Stations that hold nothing but condensable shafts to two others, run by run, along the shaft."""
     wiring, member = lineup.wiring, 0
-    beside: dict[int, list[int]] = {}  # station -> stations that a piece of shaft joins it to
+    beside: dict[int, set[int]] = {}  # station -> stations that pieces of shaft join it to
     other: set[int] = {h.station for h in wiring.held}
     for block in lineup.connectors:
         plain = isinstance(block.element, Condensable)
         for ends in wiring.ends[member : member + len(block)]:
             for (a, port), (b, _) in zip(ends, ends[1:] + ends[:1]):
                 if plain and not port:
-                    beside.setdefault(a, []).append(b)
+                    beside.setdefault(a, set()).add(b)
                 else:
                     other.add(a)
         member += len(block)

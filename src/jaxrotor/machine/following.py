@@ -42,26 +42,26 @@ def places(ends: Any, kept: Iterable[int], followers: Sequence[int]) -> Places:
     solved = tuple(sorted({k for end in ends for k in end} - last))
     number = {k: i for i, k in enumerate((*solved, *followers))}
     ends = tuple(tuple(number[k] for k in end) for end in ends)
-    beside: dict[int, list[int]] = {}
+    beside: dict[int, set[int]] = {}
     for a, b in zip(*ends):
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
+        beside.setdefault(a, set()).add(b)
+        beside.setdefault(b, set()).add(a)
     inner = {number[k] for k in (*kept, *followers)}
     keeps, runs, seen = {number[k] for k in kept}, [], set()
     for start in sorted(inner):
         if start in seen:
             continue
-        edge, run, queue = [], [], [start]
+        edge, run, queue = set(), [], [start]
         while queue:
             here = queue.pop()
             if here not in inner:
-                edge.append(here)
+                edge.add(here)
             elif here not in seen:
                 seen.add(here)
                 run.append(here)
                 queue += [k for k in beside[here] if k not in seen]
         own = tuple(sorted(run))
-        runs.append((tuple(edge), tuple(k for k in own if k in keeps), own))
+        runs.append((tuple(sorted(edge)), tuple(k for k in own if k in keeps), own))
     return Places(solved, len(followers), tuple(runs), ends)  # pyright: ignore
 
 

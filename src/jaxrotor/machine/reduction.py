@@ -59,8 +59,8 @@ def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | Non
             return Condensation(trial.spans, up_to, error)
         # where most is lost, and nearly so
         worst = errors.max(axis=0)
-        for run in np.flatnonzero(worst > 0.3 * worst.max()):
-            counts[trial.of[run]] += 1
+        for span in np.flatnonzero(worst >= 0.3 * worst.max()):
+            counts[trial.of[span]] += 1
 
 
 class _Rest(NamedTuple):
@@ -113,56 +113,55 @@ class _Shafts:
     @cached_property
     def along(self) -> list[np.ndarray]:
         """Where the stations of each path are, between 0 and 1: by the time that a wave of stretching takes."""
-        times: dict[int, list[float]] = {}
-        pairs: dict[frozenset[int], float] = {}
+        times: dict[int, dict[int, float]] = {}
         each = np.sqrt(self.pieces.M[2, 8] / -self.pieces.K[2, 8])
         for a, b, t in zip(*self.ends, each):
-            pairs[frozenset((a, b))] = t
-            for k in (a, b):
-                times.setdefault(k, []).append(t)
+            times.setdefault(a, {})[b] = times.setdefault(b, {})[a] = t
         found = []
         for path in self.paths:
             nodes = [self.first + k for k in path]
-            steps = [pairs[frozenset(pair)] for pair in zip(nodes, nodes[1:])]
-            begin, end = sum(times[nodes[0]]) - steps[0], sum(times[nodes[-1]]) - steps[-1]
-            at = begin + np.concatenate([[0.0], np.cumsum(steps)])
-            found.append(at / (at[-1] + end))
+            edge = [next(k for k in times[nodes[i]] if k not in nodes) for i in (0, -1)]
+            nodes = [edge[0], *nodes, edge[1]]
+            at = np.cumsum([times[a][b] for a, b in zip(nodes, nodes[1:])])
+            found.append(at[:-1] / at[-1])
         return found
 
     def shapes_below(self, frequency: float) -> np.ndarray:
         """Of each path, how many stations tell its natural shapes below (rad/s) apart."""
-        at = self.places([], [k for path in self.paths for k in path])
+        stations = [k for path in self.paths for k in path]
+        at = self.places([], stations)
+        stations = [-1] * len(at.solved) + stations
         counts = np.zeros(len(self.paths), int)
         for plane, (K, M) in zip(PLANES, self.matrices(at)):
-            for run, (_, _, own) in enumerate(at.runs):
+            for _, _, own in at.runs:
                 i = np.concatenate([c * at.size + np.array(own) for c in range(len(plane))])
                 values, _ = _vibrations(K[np.ix_(i, i)], M[np.ix_(i, i)])
                 found = int(np.sum(values < frequency**2))
-                counts[run] = max(counts[run], -(-found // len(plane)))
+                path = next(j for j, path in enumerate(self.paths) if stations[own[0]] in path)
+                counts[path] = max(counts[path], -(-found // len(plane)))
         return counts
 
 
 class _Trial:
-    """So many stations kept on each path. `of`: the path of each run."""
+    """So many stations kept on each path. `of`: the path of each span."""
 
     def __init__(self, shafts: _Shafts, counts: np.ndarray):
         self.shafts = shafts
         spans, self.of = [], []
         for i, (path, along, count) in enumerate(zip(shafts.paths, shafts.along, counts)):
-            wanted = (np.arange(count) + 1) / (count + 1)
-            near = {int(np.argmin(np.abs(along - x))) for x in wanted}
-            if len(near) < count or count > len(path) - 2:
+            if count >= len(path):
                 continue  # all are solved for
-            kept = tuple(path[k] for k in sorted(near))
+            kept = tuple(path[k] for k in _spread(along, count))
             spans.append(Span(kept, tuple(k for k in path if k not in kept)))
             self.of.append(i)
         self.spans = tuple(spans)
 
     def errors(self, frequency: float) -> np.ndarray:
-        """By what part natural frequencies below (rad/s) are too high, (modes, runs)."""
+        """By what part natural frequencies below (rad/s) are too high, (modes, spans)."""
         shafts, spans = self.shafts, self.spans
         kept = [k for span in spans for k in span.kept]
-        at = shafts.places(kept, [k for span in spans for k in span.followers])
+        followers = [k for span in spans for k in span.followers]
+        at = shafts.places(kept, followers)
         matrices, solved = shafts.matrices(at), len(at.solved)
         follow = [following(np, *pair, at, len(plane)) for pair, plane in zip(matrices, PLANES)]
         if max(np.abs(T).max() for T in follow) > _ROUGH:
@@ -179,11 +178,24 @@ class _Trial:
             width = len(plane)
             u = with_own(np, T, width, solved) @ (moved @ shapes)
             left = K @ u - M @ u * values
-            for run, (_, _, own) in enumerate(at.runs):
+            for _, _, own in at.runs:
                 i = np.concatenate([c * at.size + np.array(own) for c in range(width)])
                 lowered = np.sum(left[i] * np.linalg.solve(K[np.ix_(i, i)], left[i]), axis=0)
-                found[:, run] += lowered / np.maximum(values, (_SLOW * frequency) ** 2)
+                # the last of a run follows
+                last = followers[own[-1] - solved]
+                span = next(j for j, span in enumerate(spans) if last in span.followers)
+                found[:, span] += lowered / np.maximum(values, (_SLOW * frequency) ** 2)
         return found  # twice of λ, once of ω
+
+
+def _spread(along: np.ndarray, count: int) -> list[int]:
+    """So many different places, as evenly apart as they can be."""
+    found: list[int] = []
+    for i, x in enumerate((np.arange(count) + 1) / (count + 1)):
+        near = int(np.argmin(np.abs(along - x)))
+        least, most = found[-1] + 1 if found else 0, along.size - (count - i)
+        found.append(min(max(near, least), most))
+    return found
 
 
 def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
