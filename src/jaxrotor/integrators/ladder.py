@@ -27,14 +27,18 @@ from .fitted_weights import (
 
 # Linearisations over the range of speeds, and fits about each of them.
 RUNGS, _FITS = 4, 16
+# Part of a speed over which rungs are spread at least.
+_NARROW = 0.02
 
 
-def rung_speeds(top: Any, rungs: int = RUNGS, xp: Any = jnp) -> Any:
-    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed); (s,), in `xp`'s
-    arrays."""
-    # at a standstill the slopes still need a distance
+def rung_speeds(top: Any, slowest: Any = 0.0, rungs: int = RUNGS, xp: Any = jnp) -> Any:
+    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed) and never slower than
+    `slowest` (rad/s); (s,), in `xp`'s arrays."""
+    # at a standstill the slopes still need a distance, and where all is at one speed
     top = xp.where(top == 0.0, 1.0, top)
-    return top * (np.arange(rungs) + 0.5) / rungs
+    half = 0.5 * xp.maximum(1.0 - slowest / xp.abs(top), _NARROW)
+    middle = 0.5 * (1.0 + xp.minimum(slowest / xp.abs(top), 1.0))
+    return top * (middle + half * ((2 * np.arange(rungs) + 1.0) / rungs - 1.0))
 
 
 def nearest_rungs(speeds: Any, wanted: Any, xp: Any = jnp) -> Any:

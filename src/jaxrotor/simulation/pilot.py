@@ -133,7 +133,8 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     instants = _instants(machine, given, when, t_end)
     forward = _direction(given, when, t_end, speed)
     speeds = _speeds_at(machine, instants, forward * top)
-    linear = {w: _rungs(machine, w) for w in set(speeds)}
+    slowest = _slowest(machine, given, speed)
+    linear = {w: _rungs(machine, w, slowest) for w in set(speeds)}
     rows = count_of_free(machine)
 
     def known(w: float, h: float) -> tuple[Known, Known]:
@@ -149,9 +150,9 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         h = interval / substeps
         each = {w: known(w, h) for w in linear}
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
-        given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds))
-        when, abrupt, step, each_speed = jax.device_put(given)
-        found = pilots(machine, when, abrupt, step, each_speed, order, evaluations, every)
+        given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds), np.float64(slowest))
+        when, abrupt, step, *reach = jax.device_put(given)
+        found = pilots(machine, when, abrupt, step, reach, order, evaluations, every)
         return float(found)
 
     first = fewest(max(top, float(given.frequency)), interval)
@@ -171,7 +172,20 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         )
     substeps, evaluations, error = found
     block = _block(machine, given, t_end, interval / substeps)
-    return Plan(substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations, block)
+    return Plan(
+        substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations, block, slowest
+    )
+
+
+def _slowest(machine: Machine, given: Prescribed, speed: Any) -> float:
+    """rad/s: the lowest speed of a run, whatever its direction; 0 where nobody knows, and where it turns
+    back."""
+    speeds = np.asarray(given.speeds)
+    steady = np.isfinite(speeds).all() and (speeds.min() > 0 or speeds.max() < 0)
+    if not (machine.is_driven and steady):
+        return 0.0
+    own = np.inf if speed is None else abs(float(numbers(speed)))
+    return float(min(np.abs(speeds).min(), own))
 
 
 def _block(machine: Machine, given: Prescribed, t_end: float, h: float) -> int:
@@ -244,14 +258,16 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         valid = False
     if not valid:
         raise InputError(f"step must be a Plan or a positive number in s, but is {step!r}")
-    top, forward = 0.0, 1.0
+    top, forward, slowest = 0.0, 1.0, 0.0
     if all(is_concrete(x) for x in jax.tree.leaves((machine, speed))):
         given, t_end = prescribed_until(machine, simulation.t_end), simulation.t_end
         when, top = fastest(given, t_end, speed)
-        forward = _direction(given, when, t_end, speed)
+        forward, slowest = _direction(given, when, t_end, speed), _slowest(machine, given, speed)
     nan = float("nan")
     # no pilot has seen whether forces change fast with the state: two evaluations bear more of that
-    return Plan(bucket(1.0 / rate / float(step)), order, 0.5 * forward * top, top, nan, nan, 2)
+    return Plan(
+        bucket(1.0 / rate / float(step)), order, 0.5 * forward * top, top, nan, nan, 2, slowest=slowest
+    )
 
 
 def unresolved(machine: Machine, plan: Plan, t_end: float, interval: float) -> bool:
@@ -282,20 +298,22 @@ def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float
     return speeds.tolist()
 
 
-def _rungs(machine: Machine, top: float) -> tuple[np.ndarray, np.ndarray]:
+def _rungs(machine: Machine, top: float, slowest: float) -> tuple[np.ndarray, np.ndarray]:
     """The rungs that a pilot at `top` (rad/s) knows: speeds (rad/s), and A there."""
-    speeds, A = rungs_of(machine, jax.device_put(np.float64(top)))
+    speeds, A = rungs_of(machine, *jax.device_put((np.float64(top), np.float64(slowest))))
     return np.asarray(speeds)[-_RUNGS:], np.asarray(A)[-_RUNGS:]
 
 
 @quickly_compiled
 def pilots(
-    machine, instants, abrupt, h, speeds, order: int, evaluations: int, known
+    machine, instants, abrupt, h, reach, order: int, evaluations: int, known
 ) -> Float[Array, ""]:
-    """The largest `pilot` of all, each at its own speed and with what is `known` of it."""
+    """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these speeds,
+    and the lowest of the run, rad/s."""
+    speeds, slowest = reach
     return jnp.max(
         jax.lax.map(
-            lambda x: pilot(machine, x[0], abrupt, h, x[1], order, evaluations, x[2]),
+            lambda x: pilot(machine, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest),
             (instants, speeds, known),
         )
     )
@@ -310,18 +328,19 @@ def pilot(
     order: int,
     evaluations: int,
     known: tuple[Known, Known] | None = None,
+    slowest: Float[Array, ""] | float = 0.0,
 ) -> Float[Array, ""]:
     """Largest difference between steps of h (s) and of half of it, as part of the peak.
 
     `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
-    `known`: of both steps.
+    `known`: of both steps. `slowest`: the lowest speed of the run, rad/s.
     """
     system = assemble(machine)
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     angle = system.reference(when)[0]
     # as far from a linearisation as a run comes
-    speeds = rung_speeds(top)[-_RUNGS:]
+    speeds = rung_speeds(top, slowest)[-_RUNGS:]
     steps = jnp.stack([h, 0.5 * h])
     if known is None:
         A = jacobians(assemble(machine, nominal=True), speeds)

@@ -13,7 +13,7 @@ _LARGEST_TURN = 1.0
 DEFAULT_TOLERANCE = 5e-5
 
 
-@shows(speed="rad/s", top_speed="rad/s")
+@shows(speed="rad/s", top_speed="rad/s", slowest="rad/s")
 @dataclass(frozen=True)
 class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.
@@ -23,7 +23,8 @@ class Plan:
       twice that. - `top_speed`: the highest expected.
     - `error`: what the pilot saw, as part of each coordinate's peak; `tolerance`: what was asked.
     - `evaluations`: of the field in a step; two where forces change fast with the state.
-    - `block`: steps by the same weights, which know the speed: fewer where that changes fast.
+    - `block`: steps by the same weights, which know the speed: fewer where that changes fast. - `slowest`:
+      rad/s, the lowest speed, whatever its direction: at slower ones the machine is not linearised.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -37,6 +38,7 @@ class Plan:
     tolerance: float
     evaluations: int = 1
     block: int = field(default=LENGTH, repr=False)
+    slowest: float = field(default=0.0, repr=False)
 
 
 def bucket(substeps: float) -> int:

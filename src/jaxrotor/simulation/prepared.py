@@ -52,10 +52,11 @@ class Known(NamedTuple):
 
 @quickly_compiled
 def rungs_of(
-    machine: Machine, top: Float[Array, ""]
+    machine: Machine, top: Float[Array, ""], slowest: Float[Array, ""]
 ) -> tuple[Float[Array, " s"], Float[Array, "s d d"]]:
-    """The rungs of a machine that turns up to `top` (rad/s): speeds (rad/s), and A there."""
-    speeds = rung_speeds(top)
+    """The rungs of a machine that turns up to `top`, and never below `slowest` (rad/s): speeds (rad/s), and A
+    there."""
+    speeds = rung_speeds(top, slowest)
     return speeds, jacobians(assemble(machine, nominal=True), speeds)
 
 
@@ -93,14 +94,19 @@ def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    return Known(rungs_of(machine, jax.device_put(2 * np.asarray(setup.linearised_at)))[1])
+    return Known(rungs_of(machine, *jax.device_put(_reach(setup)))[1])
+
+
+def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
+    """The highest and the lowest speed, rad/s."""
+    return 2 * np.asarray(setup.linearised_at), np.asarray(setup.slowest)
 
 
 def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -> Prepared:
     """By programs that plans have used: outside of any other."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
-    top, of_parts = 2 * np.asarray(setup.linearised_at), np.asarray(steps.of_parts)
-    A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, xp=np))
+    of_parts = np.asarray(steps.of_parts)
+    A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(*_reach(setup), xp=np))
     h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
     chains, parts = known_chains(A, h, speeds, order, rows), None
     if of_parts.size:
@@ -114,7 +120,7 @@ def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -
 @quickly_compiled
 def _ladder(setup: RunSetup, known: Known, steps: Steps, exact_rows: int) -> Ladder:
     return ladder_of(
-        rung_speeds(2 * setup.linearised_at),
+        rung_speeds(2 * setup.linearised_at, setup.slowest),
         known.linear,
         setup.interval / setup.substeps,
         setup.solver.order_,  # pyright: ignore
@@ -135,12 +141,11 @@ def assembled(
     return assemble(machine), assemble(machine, nominal=True) if needed else None
 
 
-def linear_parts(solver: Any, balanced: System, linearised_at: Float[Array, ""]) -> Array:
-    """A at some speeds, (s, d, d): of `ETD4RK` at that one (rad/s) and at rest; of the Adams method at each
-    rung below twice of it."""
-    speeds = rung_speeds(2 * linearised_at)
-    if isinstance(solver, ETD4RK):
-        speeds = jnp.stack([linearised_at, jnp.zeros(())])
+def linear_parts(setup: RunSetup, balanced: System) -> Array:
+    """A at some speeds, (s, d, d): of `ETD4RK` at one and at rest; of the Adams method at each rung."""
+    speeds = rung_speeds(2 * setup.linearised_at, setup.slowest)
+    if isinstance(setup.solver, ETD4RK):
+        speeds = jnp.stack([setup.linearised_at, jnp.zeros(())])
     return jacobians(balanced, speeds)
 
 
@@ -159,8 +164,8 @@ def prepare(
         A = solver.linear_part  # pyright: ignore
         A, speeds = jnp.stack([A, A]) if isinstance(solver, ETD4RK) else A[None], w[None]
     else:
-        A = linear_parts(solver, balanced, w) if known is None else known.linear  # pyright: ignore
-        speeds = rung_speeds(2 * w)
+        A = linear_parts(setup, balanced) if known is None else known.linear  # pyright: ignore
+        speeds = rung_speeds(2 * w, setup.slowest)
     A = jnp.pad(A, [(0, 0), (0, extra), (0, extra)])
     if isinstance(solver, ETD4RK):
         by_speed = jnp.where(w != 0.0, (A[0] - A[1]) / jnp.where(w != 0.0, w, 1.0), 0.0)

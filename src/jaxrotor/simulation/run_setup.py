@@ -30,13 +30,15 @@ class Room(eqx.Module):
 class RunSetup(eqx.Module):
     """Numbers that may change are arrays, so that another value is not another program.
 
-    `linearised_at`: rad/s, of the exponential solvers' linear part. `step`: of adaptive solvers, fixed, s.
+    `linearised_at`: rad/s, of the exponential solvers' linear part; `slowest`: rad/s, of the Adams method's
+    `rung_speeds`. `step`: of adaptive solvers, fixed, s.
     """
 
     solver: diffrax.AbstractSolver[Any]
     initial: Any
     speed: Float[Array, ""] | None
     linearised_at: Float[Array, ""]
+    slowest: Float[Array, ""]
     tolerances: Float[Array, "2"]  # rtol, atol
     step: Float[Array, ""] | None
     interval: Float[Array, ""]
@@ -106,6 +108,7 @@ def set_up(
         simulation.initial,
         speed,
         jnp.asarray(0.0 if plan is None else plan.speed, float),
+        jnp.asarray(0.0 if plan is None else plan.slowest, float),
         jnp.asarray([rtol, atol], float),
         step,
         jnp.asarray(1.0 / simulation.sample_rate, float),

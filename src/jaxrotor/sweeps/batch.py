@@ -188,4 +188,4 @@ def shares_linear(machine: Machine, speed: float, values: dict[str, np.ndarray])
 @lightly_compiled
 def linear_part(machine: Machine, run: RunSetup) -> Array:
     """As `linear_parts` has it."""
-    return linear_parts(run.solver, assemble(machine, nominal=True), run.linearised_at)
+    return linear_parts(run, assemble(machine, nominal=True))
