@@ -21,12 +21,18 @@ def gyroscopic_forces(
 
 
 def circulatory_forces(
-    B: Float[Array, "m m"], q: Float[Array, "6 n"], v: Float[Array, "6 n"]
+    B: Float[Array, "m m"],
+    q: Float[Array, "6 n"],
+    v: Float[Array, "6 n"],
+    shared: Float[Array, "n n"] | None = None,
 ) -> Float[Array, "6 n"]:
-    """What rotating damping `-B (v - W×q)` has beyond `-B v`, and its reaction on the spin."""
-    turn = turned(q)
-    circulatory = _product(B, v[5] * turn)
+    """What rotating damping `-B (v - W×q)` has beyond `-B v`, and its reaction on the spin. W is each station's
+    own, or where they stand far apart what of all spins each has, `shared` (symmetric): a bent shaft that
+    turned by steps would bend at each."""
+    turn, spin = turned(q), v[5] if shared is None else shared @ v[5]
+    circulatory = _product(B, spin * turn)
     about = jnp.sum((circulatory - _product(B, v)) * turn, axis=0)
+    about = about if shared is None else shared @ about
     return jnp.concatenate([circulatory[:5], circulatory[5:] - about])
 
 
@@ -36,10 +42,11 @@ def turning_forces(
     q: Float[Array, "6 n"],
     v: Float[Array, "6 n"],
     spin: Float[Array, " n"],
+    shared: Float[Array, "n n"] | None = None,
 ) -> Float[Array, "6 n"]:
     """Of both; `rotating`: what of the damping turns with the shaft."""
-    gyroscopic = gyroscopic_forces(G, v, spin)
-    return gyroscopic if rotating is None else gyroscopic + circulatory_forces(rotating, q, v)
+    found = gyroscopic_forces(G, v, spin)
+    return found if rotating is None else found + circulatory_forces(rotating, q, v, shared)
 
 
 def _product(X: Array, v: Array) -> Array:

@@ -19,10 +19,11 @@ from .layout import Layout
 from .picked import picked
 
 class Condensed(eqx.Module):
-    """All condensed shafts of a machine. `nodes`: those that they hold and that are solved for; `follow`: of
-    each plane, the followers' coordinates for those of `nodes`; the rest as `turning_forces` takes it."""
+    """All condensed shafts of a machine. `nodes`: those that they hold and that are solved for; `lines`:
+    which shaft each is on; `follow`: of each plane, the followers' coordinates for those of `nodes`; the rest as `turning_forces` takes it."""
 
     nodes: tuple[int, ...] = eqx.field(static=True)
+    lines: tuple[int, ...] = eqx.field(static=True)
     invariant: bool = eqx.field(static=True)
     follow: tuple[Float[Array, "f k"], ...]
     G: Float[Array, "m m"]
@@ -45,7 +46,10 @@ class Condensed(eqx.Module):
         """Of turning, on `nodes`, for the motion of all nodes."""
         q, v = picked(q, self.nodes), picked(v, self.nodes)
         angles = from_turning(q, v) if self.invariant else (q, v)
-        return turning_forces(self.G, self.rotating, q, v, spin_speed(*angles))
+        lines = np.array(self.lines)
+        same = (lines[:, None] == lines).astype(float)
+        shared = same / same.sum(axis=0)
+        return turning_forces(self.G, self.rotating, q, v, spin_speed(*angles), shared)
 
 
 class Pieces(eqx.Module):
@@ -120,7 +124,7 @@ def condense(layout: Layout, joined) -> CondensedMatrices:
     across = across.at[tilt, tilt].add(jnp.sum(M[3], axis=1))
     G = jnp.zeros((6 * k, 6 * k)).at[_places(k, PLANES[0], PLANES[1])].set(across)
     rotating = None if turns_rigidly(joined) else _one(B, k)
-    shafts = Condensed(at.solved, layout.invariant, follow, _by_node(G - G.T, k), rotating)
+    shafts = Condensed(at.solved, at.lines, layout.invariant, follow, _by_node(G - G.T, k), rotating)
     return CondensedMatrices(shafts, *(_one(X, k) for X in (K, C, M)))
 
 

@@ -32,6 +32,14 @@ class Places(eqx.Module):
     ends: tuple[tuple[int, ...], tuple[int, ...]] = eqx.field(static=True)
 
     @property
+    def lines(self) -> tuple[int, ...]:
+        """Of each that is solved for, the first station of those that pieces join to it."""
+        of = np.arange(self.size)
+        for a, b in zip(*self.ends):
+            of[of == max(of[a], of[b])] = min(of[a], of[b])
+        return tuple(of[: len(self.solved)].tolist())
+
+    @property
     def size(self) -> int:
         return len(self.solved) + self.followers
 
