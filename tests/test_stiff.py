@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxrotor.core.elimination import inverse
 from jaxrotor.integrators.adaptive import adaptive_samples
-from jaxrotor.integrators.elimination import inverse
 from jaxrotor.integrators.replay import replayed_while_loop
 from jaxrotor.integrators.rosenbrock import Rosenbrock
 from jaxrotor.machine.picked import picked

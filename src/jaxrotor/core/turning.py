@@ -26,9 +26,9 @@ def circulatory_forces(
     v: Float[Array, "6 n"],
     shared: Float[Array, "n n"] | None = None,
 ) -> Float[Array, "6 n"]:
-    """What rotating damping `-B (v - W×q)` has beyond `-B v`, and its reaction on the spin. W is each station's
-    own, or where they stand far apart what of all spins each has, `shared` (symmetric): a bent shaft that
-    turned by steps would bend at each."""
+    """What rotating damping `-B (v - W×q)` has beyond `-B v`, and its reaction on the spin. W is each
+    station's own, or where they stand far apart what of all spins each has, `shared` (symmetric): a bent
+    shaft that turned by steps would bend at each."""
     turn, spin = turned(q), v[5] if shared is None else shared @ v[5]
     circulatory = _product(B, spin * turn)
     about = jnp.sum((circulatory - _product(B, v)) * turn, axis=0)

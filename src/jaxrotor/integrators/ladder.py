@@ -32,8 +32,8 @@ _NARROW = 0.02
 
 
 def rung_speeds(top: Any, slowest: Any = 0.0, rungs: int = RUNGS, xp: Any = jnp) -> Any:
-    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed) and never slower than
-    `slowest` (rad/s); (s,), in `xp`'s arrays."""
+    """The speeds at which a machine is linearised that turns up to `top` (rad/s; signed) and never slower
+    than `slowest` (rad/s); (s,), in `xp`'s arrays."""
     # at a standstill the slopes still need a distance, and where all is at one speed
     top = xp.where(top == 0.0, 1.0, top)
     half = 0.5 * xp.maximum(1.0 - slowest / xp.abs(top), _NARROW)

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.elimination import inverse
 from . import rodas5p as tableau
-from .elimination import inverse
 
 Scalar = Float[Array, ""]
 Vector = Float[Array, " d"]

@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .constraint import held_acceleration
-from .mass import Coupled, solve_coupled
+from .coupled import Coupled, solve_coupled
+from .picked import picked
 from .ports import shift_of, spread
 from .seen import seen
 from .system import Reference, System
@@ -53,15 +54,14 @@ def accelerate(
 
 def mobilise(
     t, q: Array, v: Array, Q: Array, system: System, reference: Reference
-) -> tuple[tuple[Array, Array, Array], Float[Array, "6 6 n"]]:
-    """`accelerate`, and the acceleration of each station per unit of each force on it: one trace for both."""
+) -> tuple[tuple[Array, Array, Array], Float[Array, "6 6 owners"]]:
+    """`accelerate`, and for the owners of shafts with mass (`CoupledMass`) the acceleration of each per unit
+    of each force on it."""
+    assert system.mass is not None
+    owners = system.mass.owners
+    found, slope = jax.linearize(lambda F: accelerate(t, q, v, F, system, reference), Q)
     one = jnp.eye(6)[:, :, None] + jnp.zeros(Q.shape[1])
-
-    def response(d):
-        found, slopes = jax.jvp(lambda F: accelerate(t, q, v, F, system, reference), (Q,), (d,))
-        return found, slopes[0]
-
-    return jax.vmap(response, out_axes=(None, 1))(one)
+    return found, jax.vmap(lambda d: picked(slope(d)[0], owners), out_axes=1)(one)
 
 
 def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Reference) -> Coupled:
@@ -70,33 +70,35 @@ def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Refere
     assert mass is not None
     N, V, force = nodes
     count = layout.n_nodes + layout.n_ground
-    fixed = jnp.zeros((6, count))
+    none, columns = jnp.zeros((6, 0)), []
     for group in layout.stations:
-        held = _given(t, group, system, reference)
+        held, size = _given(t, group, system, reference), group.stop - group.start
+        own = jnp.zeros((6, size))
         if group.carried and held is not None:
-            fixed = fixed.at[np.ix_(group.held, range(group.start, group.stop))].set(held)
-    if given.shape[1]:
-        fixed = fixed.at[:, layout.n_nodes :].set(given)
+            rows = np.arange(6)[:, None] == np.array(group.held)
+            own = rows.astype(float) @ held
+        columns.append(own)
+    if layout.n_nodes > layout.n_mass:
+        columns.append(jnp.zeros((6, layout.n_nodes - layout.n_mass)))
+    columns.append(given if given.shape[1] else jnp.zeros((6, layout.n_ground)))
+    fixed = jnp.concatenate([x for x in columns if x.shape[1]] or [none], axis=1)
 
     def full(x):  # driven ends that nothing holds on to may be left out of the arrays
         return jnp.pad(x, ((0, 0), (0, count - x.shape[1])))
 
-    mobility = mobility[:, :, np.array(mass.owners, int)]
-    k = np.array(mass.nodes, int)
+    k, maps = mass.nodes, None
     if layout.ports:
 
         def place(p):
-            return spread(p, layout, shift_of(p, system))[:, k]
+            return picked(spread(p, layout, shift_of(p, system)), k)
 
         one = jnp.eye(6)[:, :, None] + jnp.zeros(layout.n_mass)
         J = jax.vmap(lambda d: jax.jvp(place, (q,), (d,))[1])(one)
         J = jnp.swapaxes(J, 0, 1)
         still = jnp.zeros_like(v)
         drift = jax.jvp(lambda q, v: jax.jvp(place, (q,), (v,))[1], (q, v), (v, still))[1]
-    else:
-        J = jnp.eye(6)[:, :, None] + jnp.zeros(len(k))
-        drift = jnp.zeros((6, len(k)))
-    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, (J, drift))
+        maps = J, drift
+    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, maps)
 
 
 def coupled_reaction(

@@ -1,7 +1,7 @@
 """What stands for condensed shafts (following.py): a shaft between fewer stations, with the same law.
 
-`T' K T`, `T' C T`, `T' M T` are assembled as any other's; `T' G T`, less what the spin's momentum gives at the
-stations already, makes its forces of turning.
+`T' K T`, `T' C T`, `T' M T` are assembled as any other's; `T' G T`, less what the spin's momentum gives at
+the stations already, makes its forces of turning.
 """
 
 from typing import Any, NamedTuple
@@ -14,13 +14,15 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, spin_speed
 from ..core.turning import turning_forces
-from .following import PLANES, Places, following, in_plane, places, with_own
+from .following import PLANES, following, in_plane, places, with_own
 from .layout import Layout
 from .picked import picked
 
+
 class Condensed(eqx.Module):
     """All condensed shafts of a machine. `nodes`: those that they hold and that are solved for; `lines`:
-    which shaft each is on; `follow`: of each plane, the followers' coordinates for those of `nodes`; the rest as `turning_forces` takes it."""
+    which shaft each is on; `follow`: of each plane, the followers' coordinates for those of `nodes`; the rest
+    as `turning_forces` takes it."""
 
     nodes: tuple[int, ...] = eqx.field(static=True)
     lines: tuple[int, ...] = eqx.field(static=True)
@@ -69,13 +71,19 @@ def pieces(joined) -> Pieces:
     def of(element, count):
         def one(e):
             G, rotating = e.turning()
-            return *e.matrices(), e.mass_matrix(), G, jnp.zeros((12, 12)) if rotating is None else rotating
+            return (
+                *e.matrices(),
+                e.mass_matrix(),
+                G,
+                jnp.zeros((12, 12)) if rotating is None else rotating,
+            )
 
         return jax.vmap(one, in_axes=-1, out_axes=-1, axis_size=count)(element)
 
     found = [of(element, len(nodes[0])) for element, nodes in joined]
-    ends = tuple(tuple(k for _, nodes in joined for k in nodes[end]) for end in (0, 1))
-    return Pieces(*(jnp.concatenate(x, axis=-1) for x in zip(*found)), ends)
+    left, right = (tuple(k for _, nodes in joined for k in nodes[end]) for end in (0, 1))
+    K, C, M, G, rotating = (jnp.concatenate(x, axis=-1) for x in zip(*found))
+    return Pieces(K, C, M, G, rotating, (left, right))
 
 
 def turns_rigidly(joined) -> bool:
@@ -107,7 +115,9 @@ def condense(layout: Layout, joined) -> CondensedMatrices:
     kept = (node for run in layout.kept_runs for node in run)
     at = places(own.ends, kept, range(first, first + layout.n_followers))
     n, k = at.size, len(at.solved)
-    K, C, M, B = ([in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating))
+    K, C, M, B = (
+        [in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating)
+    )
     follow = tuple(following(jnp, K[i], M[i], at, len(p)) for i, p in enumerate(PLANES))
     whole = [with_own(jnp, T, len(plane), k) for T, plane in zip(follow, PLANES)]
 
@@ -124,12 +134,16 @@ def condense(layout: Layout, joined) -> CondensedMatrices:
     across = across.at[tilt, tilt].add(jnp.sum(M[3], axis=1))
     G = jnp.zeros((6 * k, 6 * k)).at[_places(k, PLANES[0], PLANES[1])].set(across)
     rotating = None if turns_rigidly(joined) else _one(B, k)
-    shafts = Condensed(at.solved, at.lines, layout.invariant, follow, _by_node(G - G.T, k), rotating)
+    shafts = Condensed(
+        at.solved, at.lines, layout.invariant, follow, _by_node(G - G.T, k), rotating
+    )
     return CondensedMatrices(shafts, *(_one(X, k) for X in (K, C, M)))
 
 
 def _places(k: int, rows: tuple[int, ...], columns: tuple[int, ...]):
-    return np.ix_(*(np.concatenate([c * k + np.arange(k) for c in plane]) for plane in (rows, columns)))
+    return np.ix_(
+        *(np.concatenate([c * k + np.arange(k) for c in plane]) for plane in (rows, columns))
+    )
 
 
 def _one(parts: list[Array], k: int) -> Array:

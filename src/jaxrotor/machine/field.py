@@ -39,10 +39,11 @@ def _join(*parts: Array) -> Array:
 class Evaluation(NamedTuple):
     """One evaluation, all arrays component-first over nodes (n_nodes + n_ground) or stations.
 
-    `q`, `v`, `a`: stations in internal order, driven ends last. `nodes`: (q, v) of every node. The sixth
-    coordinate is chi, as force laws see it (`angles` has phi), but in the paper's machines.
-    Behind the driven ends stand the stations that follow others. `reaction`: generalized constraint forces ON each station. `loads`: all others ON each station
-    with mass, its weight among them. `states`: internal ones; `rates`: their derivatives.
+    `q`, `v`, `a`: stations in internal order, behind those with mass the driven ends, last those that follow
+    others. `nodes`: (q, v) of every node. The sixth coordinate is chi, as force laws see it (`angles` has
+    phi), but in the paper's machines. `reaction`: generalized constraint forces ON each station. `loads`: all
+    others ON each station with mass, its weight among them. `states`: internal ones; `rates`: their
+    derivatives.
     """
 
     q: Array

@@ -4,8 +4,8 @@ A run of inner stations follows its two ends as in statics, `Ψ = -K_ii⁻¹ K_i
 shapes with fixed ends beside (Hurty 1965; Craig & Bampton 1968). The shapes' amplitudes are told by the
 coordinates of the stations that are kept, as many: `u_i = Ψ u_b + Z Z_k⁻¹ (u_k - Ψ_k u_b)`. Of the shapes the
 first are static ones, under the inertia of a run that its ends move, so that statics are exact; then come
-those of the lowest natural frequencies, by subspace iteration. Shapes are not differentiated: what a change of
-them changes in a result is the product of what they lack and of what their derivatives lack.
+those of the lowest natural frequencies, by subspace iteration. Shapes are not differentiated: what a change
+of them changes in a result is the product of what they lack and of what their derivatives lack.
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,7 +28,9 @@ class Places(eqx.Module):
 
     solved: tuple[int, ...] = eqx.field(static=True)
     followers: int = eqx.field(static=True)
-    runs: tuple[tuple[tuple[int, int], tuple[int, ...], tuple[int, ...]], ...] = eqx.field(static=True)
+    runs: tuple[tuple[tuple[int, int], tuple[int, ...], tuple[int, ...]], ...] = eqx.field(
+        static=True
+    )
     ends: tuple[tuple[int, ...], tuple[int, ...]] = eqx.field(static=True)
 
     @property
@@ -79,7 +81,9 @@ def in_plane(xp: Any, X: Any, at: Places, rows: tuple[int, ...], columns: tuple[
     r = np.array([end * 6 + c for end in (0, 1) for c in rows])
     c = np.array([end * 6 + c for end in (0, 1) for c in columns])
     row = np.concatenate([i * n + ends[end][None] for end in (0, 1) for i in range(len(rows))])
-    column = np.concatenate([i * n + ends[end][None] for end in (0, 1) for i in range(len(columns))])
+    column = np.concatenate(
+        [i * n + ends[end][None] for end in (0, 1) for i in range(len(columns))]
+    )
     place = row[:, None] * (len(columns) * n) + column[None]
     size = len(rows) * len(columns) * n * n
     values = X[r][:, c]
@@ -91,8 +95,8 @@ def in_plane(xp: Any, X: Any, at: Places, rows: tuple[int, ...], columns: tuple[
 
 
 def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
-    """The followers' coordinates in a plane of `width` coordinates for those that are solved for; K and M over
-    all nodes there. By NumPy (`xp`) or JAX."""
+    """The followers' coordinates in a plane of `width` coordinates for those that are solved for; K and M
+    over all nodes there. By NumPy (`xp`) or JAX."""
     still = (lambda x: x) if xp is np else jax.lax.stop_gradient
     n, solved = at.size, len(at.solved)
     inner = np.array([k for _, _, own in at.runs for k in own])
@@ -132,7 +136,9 @@ def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
         others = every(np.array(keeps))[: width * len(keeps) - count]
         begin.append((ours, [place[int(p)] for p in others]))
     masks = [np.isin(i % n, own) for _, keeps, own in at.runs if keeps]
-    first = xp.concatenate([(pushed @ ours) * mask[:, None] for (ours, _), mask in zip(begin, masks)], axis=1)
+    first = xp.concatenate(
+        [(pushed @ ours) * mask[:, None] for (ours, _), mask in zip(begin, masks)], axis=1
+    )
     first = xp.linalg.qr(first)[0]
     units = np.eye(i.size)[:, [p for _, others in begin for p in others]]
     shapes = back @ units

@@ -2,8 +2,8 @@
 
 The estimate: of a natural vibration (λ = ω², shape u with u' M u = 1) of the reduced machine at rest, what is
 out of balance on the stations between, r = (K - λM) u, lowers λ by r' (K_ii - λM_ii)⁻¹ r, the second term of
-its series: Galerkin's error is the square of the shape's. Taken are twice r' K_ii⁻¹ r, which is more where the
-lowest natural shape that is left out lies above 1.4 times the frequency.
+its series: Galerkin's error is the square of the shape's. Taken are twice r' K_ii⁻¹ r, which is more where
+the lowest natural shape that is left out lies above 1.4 times the frequency.
 """
 
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Array
 
 from ..core.columns import columns
-from ..core.parameter import is_concrete
 from ..core.errors import InputError
+from ..core.parameter import is_concrete
 from ..core.quick import quickly_compiled
 from .built import Built
 from .condensation import Condensation, Span, condensed_by, paths_of
@@ -37,8 +37,8 @@ _ROUGH = 1e3
 
 
 def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | None:
-    """So few stations that natural frequencies below `up_to` (Hz) are met to the tolerance; `None` where there
-    is nothing to leave out. Raises `InputError` under a trace."""
+    """So few stations that natural frequencies below `up_to` (Hz) are met to the tolerance; `None` where
+    there is nothing to leave out. Raises `InputError` under a trace."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "which stations follow others cannot be chosen inside jit or vmap: call "
@@ -112,7 +112,8 @@ class _Shafts:
 
     @cached_property
     def along(self) -> list[np.ndarray]:
-        """Where the stations of each path are, between 0 and 1: by the time that a wave of stretching takes."""
+        """Where the stations of each path are, between 0 and 1: by the time that a wave of stretching
+        takes."""
         times: dict[int, dict[int, float]] = {}
         each = np.sqrt(self.pieces.M[2, 8] / -self.pieces.K[2, 8])
         for a, b, t in zip(*self.ends, each):

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from ..profiles.motion import AbstractMotion, differentiate
-from .condensed import CondensedMatrices, Condensed, condense
+from .condensed import Condensed, CondensedMatrices, condense
 from .layout import Layout, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine

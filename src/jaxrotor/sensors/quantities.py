@@ -16,6 +16,7 @@ from ..elements.shafts.twist import damped_rates
 from ..machine.field import Evaluation, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.picked import picked
 from ..machine.system import assemble
 from ..machine.wiring import FIXED, unknown
 from ..simulation.named_parts import part_of, signals_of
@@ -66,14 +67,14 @@ def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Arr
 
     def one(t, y):
         reference = system.reference(t)
-        turned = unpack(t, y, system, reference)[0][5]
+        turned, given, following = unpack(t, y, system, reference)[0][5], [], []
         if layout.n_ground:
-            turn = 1.0 if system.turn is None else system.turn[layout.n_nodes : layout.n_nodes + layout.n_ground]
-            given = system.given(t, reference)[0][5] - turn * reference[0]
-            turned = jnp.concatenate([turned, given])
+            turn = 1.0 if system.turn is None else system.turn[layout.n_nodes :][: layout.n_ground]
+            given.append(system.given(t, reference)[0][5] - turn * reference[0])
         if system.condensed is not None:
-            at_nodes = jnp.concatenate([turned[np.array(layout.node_station)], turned[layout.n_mass:]])
-            turned = jnp.concatenate([turned, system.condensed.turned(at_nodes)])
+            at_nodes = [picked(turned, layout.node_station), *given]
+            following.append(system.condensed.turned(jnp.concatenate(at_nodes)))
+        turned = jnp.concatenate([turned, *given, *following])
         return ratio * turned[b] - turned[a]
 
     return jax.vmap(one)(t, y)

@@ -266,7 +266,14 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
     nan = float("nan")
     # no pilot has seen whether forces change fast with the state: two evaluations bear more of that
     return Plan(
-        bucket(1.0 / rate / float(step)), order, 0.5 * forward * top, top, nan, nan, 2, slowest=slowest
+        bucket(1.0 / rate / float(step)),
+        order,
+        0.5 * forward * top,
+        top,
+        nan,
+        nan,
+        2,
+        slowest=slowest,
     )
 
 
@@ -308,8 +315,8 @@ def _rungs(machine: Machine, top: float, slowest: float) -> tuple[np.ndarray, np
 def pilots(
     machine, instants, abrupt, h, reach, order: int, evaluations: int, known
 ) -> Float[Array, ""]:
-    """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these speeds,
-    and the lowest of the run, rad/s."""
+    """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these
+    speeds, and the lowest of the run, rad/s."""
     speeds, slowest = reach
     return jnp.max(
         jax.lax.map(
