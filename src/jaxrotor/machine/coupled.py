@@ -173,17 +173,15 @@ def _holding(mass: CoupledMass, n: int, b, d, convective, given) -> tuple[Array,
     return D, held
 
 
-# What is larger pays for a library's product.
-_LIBRARY = 30_000
+# More columns pay for a library's product.
+_LIBRARY = 16
 
 
 def _times(a: Float[Array, "m k"], b: Float[Array, "k n"]) -> Float[Array, "m n"]:
     """`a @ b`: a library's product would keep the loop around the field from being one kernel."""
-    if a.shape[0] * a.shape[1] * b.shape[1] > _LIBRARY:
+    if b.shape[1] > _LIBRARY:
         return a @ b
-    return sum(
-        (a[:, j, None] * b[j] for j in range(b.shape[0])), jnp.zeros((a.shape[0], b.shape[1]))
-    )
+    return jnp.stack([a @ b[:, j] for j in range(b.shape[1])], axis=1)
 
 
 def _six(X: Array) -> Array:
