@@ -2,7 +2,7 @@
 static bookkeeping."""
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import jax
@@ -23,11 +23,12 @@ class Span:
 @dataclass(frozen=True)
 class Condensation:
     """Of a machine. `up_to`: Hz; `error`: by what part natural frequencies below are too high, estimated when
-    it was chosen."""
+    it was chosen; `tolerance`: what was asked."""
 
-    spans: tuple[Span, ...]
-    up_to: float
-    error: float
+    spans: tuple[Span, ...] = ()
+    up_to: float = 0.0
+    tolerance: float = 0.0
+    error: float = field(default=0.0, compare=False)
 
     @property
     def followers(self) -> tuple[int, ...]:
@@ -37,6 +38,10 @@ class Condensation:
     def stations(self) -> set[int]:
         """Kept ones and followers."""
         return {station for span in self.spans for station in (*span.kept, *span.followers)}
+
+
+# Whoever has chosen that nothing follows.
+FULL = Condensation()
 
 
 def condensed_by(machine: Any, condensation: Condensation | None) -> Any:

@@ -56,7 +56,7 @@ def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | Non
         errors = trial.errors(2 * np.pi * up_to)
         error = float(errors.sum(axis=1).max(initial=0.0))
         if error <= tolerance:
-            return Condensation(trial.spans, up_to, error)
+            return Condensation(trial.spans, up_to, tolerance, error)
         # where most is lost, and nearly so
         worst = errors.max(axis=0)
         for span in np.flatnonzero(worst >= 0.3 * worst.max()):
@@ -78,9 +78,7 @@ class _Shafts:
 
     def __init__(self, machine: Built, paths: list[list[int]]):
         self.paths = paths
-        bare = condensed_by(
-            machine, Condensation(tuple(Span((), tuple(path)) for path in paths), 0.0, 0.0)
-        )
+        bare = condensed_by(machine, Condensation(tuple(Span((), tuple(path)) for path in paths)))
         layout = lay_out(structure_of(bare))
         self.first = layout.n_nodes + layout.n_ground
         followers = [k for path in paths for k in path]

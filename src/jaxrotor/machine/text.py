@@ -97,7 +97,8 @@ def _heading(machine: Built) -> list[str]:
     stations = machine.wiring.stations
     driven = sum(isinstance(s, AbstractPrescribed) for s in machine.stations)
     free = 6 * (len(stations) - driven) - len(machine.wiring.held)
-    inner = len(stations) - len(machine.stations)
+    inner, condensed = len(stations) - len(machine.stations), machine.wiring.condensation
+    free -= 6 * len(condensed.followers) if condensed else 0
     count = len(machine.stations)
     words = f"{count} station{'s' * (count > 1)}" + (f" and {inner} inside shafts" if inner else "")
     fields = dataclasses.fields(machine)  # pyright: ignore[reportArgumentType]
@@ -105,7 +106,13 @@ def _heading(machine: Built) -> list[str]:
     gravity = f"gravity {parameter_text(field, machine.gravity)}"
     if same(machine.gravity, np.zeros(3)):
         gravity = "no gravity"
-    return [f"Machine: {words}, {free} degrees of freedom, {gravity}"]
+    heading = [f"Machine: {words}, {free} degrees of freedom, {gravity}"]
+    if condensed and condensed.followers:
+        heading.append(
+            f"reduced: {len(condensed.followers)} stations follow others; natural frequencies below "
+            f"{condensed.up_to:g} Hz are too high by {condensed.error:.1g} at most"
+        )
+    return heading
 
 
 def _groups(machine: Built) -> list[tuple[str, list[_Row]]]:

@@ -35,7 +35,8 @@ class Wiring:
     """Names and connections. `ends[i]` lists connector i's ends as (station, port).
 
     `stations` has the user's first, then those that composites make: `inner[i]` is the number of the
-    first one of connector i. `condensation`: which stations follow others.
+    first one of connector i. `condensation`: which stations follow others;
+    `None` where nobody has chosen.
     """
 
     stations: tuple[str, ...]

@@ -21,6 +21,7 @@ from ..machine.machine import Machine
 from ..machine.seen import seen
 from ..machine.system import System
 from .checks import sample_count
+from .condensing import condensed_for
 from .march_through import march_through
 from .pilot import plan_for
 from .plan import Plan
@@ -101,6 +102,7 @@ def energy_audit(
                 f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
                 "inherit jaxrotor.protocols.Energetic and define energy and power_lost"
             )
+    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance or _TOLERANCE)
     plan = None
     if is_planned(solver_for(machine, simulation.solver)):
         if simulation.step is None and simulation.tolerance is None:

@@ -23,6 +23,7 @@ from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .blame import not_finite
+from .condensing import condensed_for
 from .plan import Plan, bucket, fewest
 from .prepared import Known, known_chains, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
@@ -73,6 +74,7 @@ def plan(
         t_end, dict(sample_rate=sample_rate, speed=speed, tolerance=tolerance)
     )
     asked = Asked.of(simulation, simulation.speed)
+    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance)
     return find_plan(machine, asked if order is None else asked._replace(order=order))
 
 

@@ -24,6 +24,7 @@ from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from .checks import sample_count, turns_freely
+from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, remember, unresolved
@@ -98,6 +99,7 @@ def simulate(
         ),
     )
     speed = simulation.check(machine)
+    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance)
     by_plan = is_planned(solver_for(machine, simulation.solver))
     with muted(progress is False):
         run = _planned if by_plan else _adaptive

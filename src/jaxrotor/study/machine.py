@@ -18,7 +18,16 @@ from .constraints import read_fixed, read_prescribed
 from .kinds import find_kind
 from .mistakes import Faults, guess
 
-_KEYS = ("line", "attachments", "elements", "connections", "gravity", "fixed", "prescribed")
+_KEYS = (
+    "line",
+    "attachments",
+    "elements",
+    "connections",
+    "gravity",
+    "fixed",
+    "prescribed",
+    "reduce",
+)
 
 
 class MachineReader:
@@ -55,14 +64,19 @@ class MachineReader:
                 self.table.get("prescribed", {}), self.stations, self.faults, self.folder
             ),
         )
+        reduce = self._reduce()
         if len(self.faults.sentences) > before:
             return None
         try:
             if "line" in self.table:
                 attachments = {n: (self.parts[n], at) for n, at in self.attached.items()}
                 line = {n: self.parts[n] for n in self.line}
-                return Machine.in_line(line, attachments, **options)
-            return Machine(self.parts, {**connections, **self.attached}, **options)
+                machine = Machine.in_line(line, attachments, **options)
+            else:
+                machine = Machine(self.parts, {**connections, **self.attached}, **options)
+            if reduce is None:
+                return machine
+            return machine.reduced(**reduce) if reduce else machine.full()
         except InputError as error:
             self.faults.sentences += error.problems
             return None
@@ -181,6 +195,28 @@ class MachineReader:
             if name not in self.parts:
                 self.faults.add("connections", f'there is no "{name}"{guess(name, self.parts)}')
         return {name: self._at("connections", at, name) for name, at in given.items()}
+
+    def _reduce(self) -> dict[str, float] | None:
+        """The arguments of `Machine.reduced`, empty for a machine that is to be full."""
+        given = self.table.get("reduce")
+        if given is None or given is False:
+            return None if given is None else {}
+        if not isinstance(given, dict) or "up_to" not in given:
+            self.faults.add(
+                "machine",
+                f"reduce must say up to which frequency, but is {shown(given)}: write [machine.reduce] "
+                'with up_to = "500 Hz", or reduce = false',
+            )
+            return None
+        self.faults.unknown_keys("reduce", given, ("up_to", "tolerance"))
+        found = {}
+        for key, unit in (("up_to", "Hz"), ("tolerance", "")):
+            if key in given:
+                try:
+                    found[key] = read(given[key], unit)
+                except ValueError as error:
+                    self.faults.add("reduce", f"{key} {error}")
+        return found
 
     def _gravity(self) -> Any:
         given = self.table.get("gravity", ["0 m/s^2"] * 3)

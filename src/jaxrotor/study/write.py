@@ -61,6 +61,12 @@ class _Writer:
         if not same(machine.gravity, np.zeros(3)):
             table["gravity"] = self._numbers(machine.gravity, ("m/s^2",), "machine", "gravity")
         table |= self._held(machine)
+        condensed = machine.wiring.condensation
+        if condensed is not None:
+            table["reduce"] = False
+            if condensed.spans:
+                up_to = quantity_text(condensed.up_to, "Hz")
+                table["reduce"] = {"up_to": up_to, "tolerance": condensed.tolerance}
         elements = {name: self._element(name, part) for name, part in machine.elements().items()}
         places = {n: list(p) if len(p) > 1 else p[0] for n, p in machine.connections().items()}  # pyright: ignore[reportGeneralTypeIssues]
         line = _line(machine)
@@ -188,9 +194,12 @@ def _line(machine: Machine) -> list[str] | None:
     return line
 
 
+_PLAIN = ("gravity", "fixed", "prescribed", "reduce")
+
+
 def _text(machine: dict[str, Any]) -> str:
     """Laid out as people write it: a table for each element, what is inside it on one line."""
-    plain = {key: machine[key] for key in ("gravity", "fixed", "prescribed") if key in machine}
+    plain = {key: machine[key] for key in _PLAIN if key in machine}
     blocks = [["[machine]", *_lines(plain)]]
     for section in ("line", "attachments"):
         blocks += [[f"[[machine.{section}]]", *_lines(table)] for table in machine.get(section, [])]
