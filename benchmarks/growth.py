@@ -120,8 +120,8 @@ def main() -> None:
     print(f"JAX {jax.__version__}; 10 s, run up in 0.5 s; {RATE:g} samples a second; seconds")
     columns = (
         ("stations", 1, "d"), ("states", 1, "d"), ("reduce", 1, ".1f"), ("plan", 1, ".1f"),
-        ("first", 1, ".1f"), ("ten", 1, ".2f"), ("step", 1e6, ".0f"), ("first gradient", 1, ".1f"), ("gradient", 1, ".2f"),
-        ("memory", 1, ".0f"),
+        ("first", 1, ".1f"), ("ten", 1, ".2f"), ("step", 1e6, ".0f"),
+        ("first gradient", 1, ".1f"), ("gradient", 1, ".2f"), ("memory", 1, ".0f"),
     )  # fmt: skip
     print("            " + "".join(f"{name:>16}" for name, _, _ in columns))
     for kind, sizes in (("reduced", given.stations), ("full", given.full), ("ross", given.ross)):
