@@ -4,24 +4,26 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Complex, Float
 
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
 from ..core.quick import quickly_compiled
-from ..machine.field import Reference, node_motions, unpack
+from ..machine.field import Reference, initial_states, node_motions, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.system import System
+from ..machine.system import System, assemble
 from ..simulation.named_parts import forces_on_ends, part_of, signals_of
-from .coordinates import row_of
+from .coordinates import coordinate_order, row_of
 
 _UNITS = {c: "m" if c in "xyz" else "rad" for c in COORDINATES}
 _FORCES = {c: "N" if c in "xyz" else "N*m" for c in COORDINATES}
 
 
 class Output(NamedTuple):
-    """`kind`: "coordinate", "signal" or "force"; `what`: its name; `unit`: SI."""
+    """`kind`: "coordinate" or "follower" (one of a station that follows others), "signal" or "force"; `what`:
+    its name; `unit`: SI."""
 
     element: str
     kind: str
@@ -35,6 +37,8 @@ def outputs_of(
     """`"main.y"` a coordinate; `"shaft.torque"` a signal that an element offers; `"bearing.force.x"` the
     generalized force ON the first station of a shaft, coupling or support. Raises `InputError`."""
     wiring = structure_of(machine).wiring
+    gone = wiring.condensation.followers if wiring.condensation else ()
+    following = {wiring.stations[k] for k in gone}
     found = []
     for text in given:
         name, _, what = text.rpartition(".")
@@ -44,7 +48,9 @@ def outputs_of(
         signals = (
             signals_of(machine, name) if name in (*wiring.stations, *wiring.connectors) else {}
         )
-        if what in signals:
+        if name in following and what in COORDINATES:
+            found.append(Output(name, "follower", what, _UNITS[what]))
+        elif what in signals:
             found.append(Output(name, "signal", what, signals[what]))
         elif name in wiring.connectors:
             known = [*(f"{name}.{s}" for s in signals), f"{name}.force.x"]
@@ -66,11 +72,11 @@ def observe(
     # no accelerations: what is observed are motions, and what laws make of them
     N, V = node_motions(zero, y, system, reference)
     states = unpack(zero, y, system, reference)[2]
-    stations = system.layout.internal
+    stations = _station_nodes(system)
     names = structure_of(machine).wiring.stations
     found: list[Array] = []
     for output in outputs:
-        if output.kind == "coordinate":
+        if output.kind in ("coordinate", "follower"):
             place = stations[names.index(output.element)]
             found.append(N[COORDINATES.index(output.what), place])
             continue
@@ -89,6 +95,31 @@ def observe(
                 )
             found.append(value)
     return jnp.stack(found)
+
+
+def _station_nodes(system: System) -> list[int]:
+    """The node that each station is, in the machine's order: behind all of those on stations with mass stand
+    driven ends and followers."""
+    layout = system.layout
+    behind = layout.n_nodes - layout.n_mass
+    return [k + behind * (k >= layout.n_mass) for k in layout.internal]
+
+
+@quickly_compiled
+def at_stations(machine: Machine, shape: Complex[Array, " n"]) -> Complex[Array, "m 6"]:
+    """A shape over the free coordinates, in the order of a linear model's, at all stations: those that follow
+    others too."""
+    system = assemble(machine, nominal=True)
+    order, zero = coordinate_order(machine)[2], jnp.zeros(())
+    n = order.size
+    y = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
+
+    def nodes(u):
+        reference = (system.reference(zero)[0], zero, zero)
+        return node_motions(zero, y.at[order].set(u), system, reference)[0]
+
+    parts = [jax.jvp(nodes, (jnp.zeros(n),), (x,))[1] for x in (shape.real, shape.imag)]
+    return jax.lax.complex(*parts).T[np.array(_station_nodes(system))]
 
 
 def sensitivity(

@@ -15,6 +15,7 @@ from ..elements.shafts.finite import FiniteElementShaft
 from ..elements.shafts.rigid_pieces import RigidElementShaft
 from ..elements.shafts.section import Shaft
 from ..linear.linearise import LinearModel
+from ..linear.observe import at_stations
 from ..machine.machine import Machine
 from .machine import positions
 
@@ -77,8 +78,11 @@ def places(machine: Machine) -> Places:
     )
 
 
-def station_amplitudes(model: LinearModel, names: tuple[str, ...], shape: np.ndarray) -> np.ndarray:
+def station_amplitudes(machine: Machine, model: LinearModel, shape: np.ndarray) -> np.ndarray:
     """(n, 6) complex, in the machine's order of stations; what is held stays at zero."""
+    condensation, names = machine.wiring.condensation, machine.wiring.stations
+    if condensation is not None and condensation.followers:
+        return np.asarray(at_stations(machine, jnp.asarray(shape)))
     out = np.zeros((len(names), 6), complex)
     for (station, coordinate), value in zip(model.coordinates, shape):
         out[names.index(station), COORDINATES.index(coordinate)] = value

@@ -63,7 +63,7 @@ def mode_shapes(
     shown: dict[str, Any] = {}
     links = deflection.links(machine, where)
     for panel, mode in zip(panels, chosen):
-        at_stations = deflection.station_amplitudes(model, where.names, mode.shape)
+        at_stations = deflection.station_amplitudes(machine, model, mode.shape)
         lines = deflection.axes_of(machine, where, at_stations)
         dots = at_stations[:, deflection.SAME]
         left = 0.02 if high else 0.0
