@@ -14,20 +14,22 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, spin_speed
 from ..core.turning import turning_forces
-from .following import PLANES, following, in_plane, places, with_own
+from .following import PLANES, Places, following, in_plane, places, with_own
 from .layout import Layout
 from .picked import picked
 
 
 class Condensed(eqx.Module):
     """All condensed shafts of a machine. `nodes`: those that they hold and that are solved for; `lines`:
-    which shaft each is on; `follow`: of each plane, the followers' coordinates for those of `nodes`; the rest
-    as `turning_forces` takes it."""
+    which shaft each is on; `follow`: of each plane, the followers' coordinates for those of `nodes`; `sag`:
+    what their own weight adds where nothing between two ends is kept; the rest as `turning_forces` takes
+    it."""
 
     nodes: tuple[int, ...] = eqx.field(static=True)
     lines: tuple[int, ...] = eqx.field(static=True)
     invariant: bool = eqx.field(static=True)
     follow: tuple[Float[Array, "f k"], ...]
+    sag: Float[Array, "6 f"]
     G: Float[Array, "m m"]
     rotating: Float[Array, "m m"] | None
 
@@ -108,7 +110,7 @@ class CondensedMatrices(NamedTuple):
         return tuple((node,) for node in self.shafts.nodes)
 
 
-def condense(layout: Layout, joined) -> CondensedMatrices:
+def condense(layout: Layout, joined, gravity: Float[Array, "3"]) -> CondensedMatrices:
     """`joined`: the stacked elements of the condensed groups, and the nodes of each end."""
     own = pieces(joined)
     first = layout.n_nodes + layout.n_ground
@@ -119,6 +121,7 @@ def condense(layout: Layout, joined) -> CondensedMatrices:
         [in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating)
     )
     follow = tuple(following(jnp, K[i], M[i], at, len(p)) for i, p in enumerate(PLANES))
+    sag = _sag(K, M, at, gravity)
     whole = [with_own(jnp, T, len(plane), k) for T, plane in zip(follow, PLANES)]
 
     def reduced(X):
@@ -135,9 +138,25 @@ def condense(layout: Layout, joined) -> CondensedMatrices:
     G = jnp.zeros((6 * k, 6 * k)).at[_places(k, PLANES[0], PLANES[1])].set(across)
     rotating = None if turns_rigidly(joined) else _one(B, k)
     shafts = Condensed(
-        at.solved, at.lines, layout.invariant, follow, _by_node(G - G.T, k), rotating
+        at.solved, at.lines, layout.invariant, follow, sag, _by_node(G - G.T, k), rotating
     )
     return CondensedMatrices(shafts, *(_one(X, k) for X in (K, C, M)))
+
+
+def _sag(
+    K: list[Array], M: list[Array], at: Places, gravity: Float[Array, "3"]
+) -> Float[Array, "6 f"]:
+    """Of runs without kept stations: those of others bend under their weight as their shapes do."""
+    solved, n = len(at.solved), at.size
+    inner = np.array([k for _, keeps, own in at.runs if not keeps for k in own], int)
+    rows = [jnp.zeros(at.followers)] * 6
+    for plane, stiff, mass in zip(PLANES[:3], K, M) if inner.size else ():
+        i = np.concatenate([c * n + inner for c in range(len(plane))])
+        weight = jnp.sum(mass[i, :n], axis=1) * gravity[plane[0]]
+        found = jnp.zeros(len(plane) * n).at[i].set(jnp.linalg.solve(stiff[np.ix_(i, i)], weight))
+        for c, own in zip(plane, found.reshape(len(plane), n)):
+            rows[c] = own[solved:]
+    return jnp.stack(rows)
 
 
 def _places(k: int, rows: tuple[int, ...], columns: tuple[int, ...]):

@@ -219,7 +219,7 @@ def node_motions(t, y, system: System, reference: Reference | None = None) -> tu
     if system.layout.n_ground:
         qg, vg, _ = system.given(t, reference)
         N, V = jnp.concatenate([N, qg], axis=1), jnp.concatenate([V, vg], axis=1)
-    return with_followers(N, system), with_followers(V, system)
+    return with_followers(N, V, system)
 
 
 def _evaluate(
@@ -279,7 +279,7 @@ def _evaluate(
         on_ground = -Q[:, m:] if inertia is None else inertia[:, m:] - Q[:, m:]
         reaction = jnp.concatenate([reaction, on_ground], axis=1)
     if outputs and system.condensed is not None:
-        at_nodes = with_followers(N, system), with_followers(V, system)
+        at_nodes = with_followers(N, V, system)
         q, v = (jnp.concatenate([x, y[:, m + g :]], axis=1) for x, y in zip((q, v), at_nodes))
         A = _node_accelerations(t, q[:, :n], v[:, :n], a[:, :n], system, reference)
         a = jnp.concatenate([a, system.condensed.followers(A)], axis=1)
@@ -334,12 +334,14 @@ def _ground_acts(system: System) -> bool:
     return any(n >= m for a in system.actors for end in a.nodes for n in end)
 
 
-def with_followers(x: Array, system: System) -> Array:
-    """(6, n) of all nodes, with those of stations that follow others behind: coordinates, rates or
-    accelerations, in a spin that all share or as they are."""
-    if system.condensed is None:
-        return x
-    return jnp.concatenate([x, system.condensed.followers(x)], axis=1)
+def with_followers(N: Array, V: Array, system: System) -> tuple[Array, Array]:
+    """Coordinates and rates (6, n) of all nodes, with those of stations that follow others behind; in a spin
+    that all share or as they are."""
+    condensed = system.condensed
+    if condensed is None:
+        return N, V
+    following = condensed.followers(N) + condensed.sag, condensed.followers(V)
+    return tuple(jnp.concatenate(pair, axis=1) for pair in zip((N, V), following))  # pyright: ignore
 
 
 def _node_accelerations(t, q, v, a, system: System, reference: Reference) -> Array:

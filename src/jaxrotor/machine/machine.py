@@ -203,7 +203,8 @@ class Machine(Part):
         as estimated on the machine at rest: `machine.wiring.condensation.error`. Statics are exact. All
         stations keep their names and stand in every result; parameters keep their paths, may change (inside
         `jit` too) and be differentiated by; where much changes, reduce anew. Rotating damping turns with a
-        whole shaft, not with each station. Raises `InputError` for wrong input and inside `jit`.
+        whole shaft, not with each station. Raises `InputError` for wrong input, inside `jit`,
+        and where a force of the undeformed machine has no finite slope.
 
         `simulate`, `plan` and `energy_audit` do so with machines beyond forty stations, for half the sample
         rate; not inside `jit`, and not with what is `full`.

@@ -38,7 +38,8 @@ _ROUGH = 1e3
 
 def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | None:
     """So few stations that natural frequencies below `up_to` (Hz) are met to the tolerance; `None` where
-    there is nothing to leave out. Raises `InputError` under a trace."""
+    there is nothing to leave out. Raises `InputError` under a trace, and where a force has no slope at
+    rest."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "which stations follow others cannot be chosen inside jit or vmap: call "
@@ -84,6 +85,11 @@ class _Shafts:
         followers = [k for path in paths for k in path]
         found, rest = _numbers(bare)
         self.pieces, self.rest = jax.tree.map(np.asarray, (found, rest))
+        if not all(np.isfinite(x).all() for x in self.rest):
+            raise InputError(
+                "the machine cannot be reduced: at rest, undeformed, some force or its slope is not finite; "
+                "mend its law, or leave reduce out"
+            )
         self.ends = tuple(
             tuple(k if k < self.first else self.first + followers[k - self.first] for k in end)
             for end in found.ends

@@ -161,7 +161,7 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
     turn = turning(layout, joined)
     apart = [pair for pair, g in zip(joined, layout.connectors) if g.condensed]
     whole = [pair for pair, g in zip(joined, layout.connectors) if not g.condensed]
-    condensed = condense(layout, apart) if apart else None
+    condensed = condense(layout, apart, machine.gravity) if apart else None
     matrices = _assemble_linear(layout, [*own, *whole], turn, condensed)
     actors, rows, first = [], [], 0
     for element, nodes in [*own, *joined]:

@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..core.errors import InputError
 from ..core.parameter import is_concrete, numbers
 from ..machine.condensation import Condensation, condensed_by
 from ..machine.layout import count_of_free
@@ -32,7 +33,10 @@ def condensed_for(machine: Machine, sample_rate: float, tolerance: float | None)
     values = [np.asarray(numbers(x)) for x in leaves]
     key = tree, tuple((x.shape, x.tobytes()) for x in values), sample_rate, error
     if key not in _found:
-        _found[key] = choose(machine, 0.5 * sample_rate, error)
+        try:
+            _found[key] = choose(machine, 0.5 * sample_rate, error)
+        except InputError:  # the run itself says what is wrong with a law
+            return machine
         while len(_found) > _KEPT:
             _found.pop(next(iter(_found)))
     return condensed_by(machine, _found[key])
