@@ -51,7 +51,8 @@ class Ladder(eqx.Module):
     the parts of intervals beside jumps, `A` and `slopes` alike.
 
     `moments`: of regular steps at each A, of the short steps of the start, and of no step at all.
-    `mixes`: for the fits of each rung, at `turns` (rad), of the start, by powers alone, and none.
+    `mixes`: for the fits of each rung, at `turns` (rad), of the start, none, and the fits of the parts of
+    intervals.
     """
 
     speeds: Float[Array, " s"]
@@ -88,9 +89,9 @@ class Ladder(eqx.Module):
         turn = turn_of(speed, self.h)
         fit = rung * fits + jnp.argmin(jnp.abs(self.turns[rung] - turn))
         first = rungs * fits
-        mix = jnp.where(odd < 0, fit, first + len(levels))
+        mix = jnp.where(odd < 0, fit, first + len(levels) + 1 + odd)
         mix = jnp.where(
-            kind == REGULAR, mix, jnp.where(kind == ALONE, first + len(levels) + 1, first + start)
+            kind == REGULAR, mix, jnp.where(kind == ALONE, first + len(levels), first + start)
         )
         own = jax.tree.map(lambda x: x[which], self.moments)
         return weights_of(own, *(x[mix] for x in self.mixes))
@@ -162,11 +163,12 @@ def ladder_of(
         first = jnp.argmin(jnp.abs(speeds - start))
         starting = jax.tree.map(lambda x: x[first][None], starting)
     count = 1 if single else s
+    turned = jnp.zeros(0)
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
         at = nearest_rungs(speeds, speeds_of_parts)
+        turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, blocks.lengths))
         if parts is None:
-            none = jnp.zeros(blocks.lengths.size)
-            parts = chains_of(A[at], blocks.lengths, none, order, exact_rows)
+            parts = chains_of(A[at], blocks.lengths, turned, order, exact_rows)
         regular, starting = jax.tree.map(
             lambda a, b: jnp.concatenate([a, b]), Chains(regular, starting), parts
         )
@@ -181,9 +183,11 @@ def ladder_of(
         turns.ravel(), jnp.repeat(near, turns.shape[1])
     )
     known = [polynomial_mix(np.array(points), order) for _, points in steps.kinds]
-    known.append(polynomial_mix(-np.arange(float(order)), order))
     known.append(jax.tree.map(np.zeros_like, known[-1]))
     mixes = tuple(jnp.concatenate([a, np.stack(b)]) for a, b in zip(fits, zip(*known)))
+    if turned.size:
+        of_parts = jax.vmap(lambda turn: fitted_mix(turn, order, turn))(turned)
+        mixes = tuple(jnp.concatenate(pair) for pair in zip(mixes, of_parts))
     return Ladder(speeds, turns, h, A, slopes, every, jax.lax.stop_gradient(mixes), order, count)
 
 

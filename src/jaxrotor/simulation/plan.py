@@ -13,7 +13,7 @@ _LARGEST_TURN = 1.0
 DEFAULT_TOLERANCE = 5e-5
 
 
-@shows(speed="rad/s", top_speed="rad/s", slowest="rad/s")
+@shows(speed="rad/s", top_speed="rad/s")
 @dataclass(frozen=True)
 class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.

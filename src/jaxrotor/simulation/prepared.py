@@ -112,7 +112,7 @@ def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -
     if of_parts.size:
         at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
-        parts = known_chains(A[at], lengths, np.zeros(lengths.shape), order, rows)
+        parts = known_chains(A[at], lengths, of_parts, order, rows)
     known = jax.device_put(Known(A, chains, parts))
     return Prepared(blocks=steps.blocks, ladder=_ladder(setup, known, steps, rows))
 
