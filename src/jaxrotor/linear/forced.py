@@ -10,12 +10,13 @@ import numpy as np
 from ..core.bar import with_bar
 from ..core.quick import quickly_compiled
 from ..core.threads import one_thread
+from ..machine.field import on_nodes
 from ..machine.machine import Machine
 from ..machine.system import System
 from .coordinates import coordinate_order
 from .degree import degree
 from .excess import excess
-from .instant import Prepared, on_nodes, prepare_both
+from .instant import Prepared, prepare_both
 from .observe import Output, observe, watched
 from .over_speed import MOST_DEGREE, Nodes, OverSpeed, nodes_of
 from .poles import beside_poles_numbers, poles_of

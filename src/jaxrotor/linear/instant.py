@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.quick import quickly_compiled
-from ..machine.field import initial_states, n_free, rates_and_loads
+from ..machine.field import initial_states, n_free, on_nodes, rates_and_loads
 from ..machine.lineup import Lineup, line_up
 from ..machine.machine import Machine
 from ..machine.system import System, assembled
@@ -97,13 +97,6 @@ def field_and_loads(system: System, y: Array, reference: Any, force: Array) -> F
     """`rates` and `loads` as one vector."""
     applied = on_nodes(system, force)
     return jnp.concatenate(rates_and_loads(jnp.zeros(()), y, system, reference, applied))
-
-
-def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
-    """Forces on the free coordinates, as the vector field takes them."""
-    layout = system.layout
-    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
-    return jnp.zeros((6, layout.n_nodes)).at[component, station].set(force)
 
 
 def flat_state(prepared: Prepared, state: State, speed: float) -> np.ndarray:

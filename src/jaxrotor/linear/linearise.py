@@ -17,7 +17,7 @@ from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..core.quick import traced
 from ..core.result_text import shows
-from ..machine.field import initial_states, n_free, relative_field
+from ..machine.field import initial_states, n_free, on_nodes, relative_field
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.system import System, assemble
@@ -25,7 +25,7 @@ from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
 from .coordinates import coordinate_order, internal_order, row_of
 from .eigen import eigensystem, eigensystem_numbers
-from .instant import on_nodes, prepare
+from .instant import prepare
 from .over_speed import OverSpeed
 from .steady import Steady, steady
 

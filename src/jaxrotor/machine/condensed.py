@@ -114,8 +114,7 @@ def condense(layout: Layout, joined, gravity: Float[Array, "3"]) -> CondensedMat
     """`joined`: the stacked elements of the condensed groups, and the nodes of each end."""
     own = pieces(joined)
     first = layout.n_nodes + layout.n_ground
-    kept = (node for run in layout.kept_runs for node in run)
-    at = places(own.ends, kept, range(first, first + layout.n_followers))
+    at = places(own.ends, layout.kept, range(first, first + layout.n_followers))
     n, k = at.size, len(at.solved)
     K, C, M, B = (
         [in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating)

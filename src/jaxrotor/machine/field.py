@@ -148,6 +148,13 @@ def rates_and_loads(
     return _flat_rates(s, ev, system, reference), loads, ev.rates
 
 
+def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
+    """Forces on the free coordinates, as the vector field takes them."""
+    layout = system.layout
+    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
+    return jnp.zeros((6, layout.n_nodes)).at[component, station].set(force)
+
+
 def initial_states(system: System) -> Float[Array, " k"]:
     parts = [
         actor.call("initial").ravel()

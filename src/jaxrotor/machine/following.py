@@ -24,7 +24,7 @@ _ITERATIONS = 10
 
 class Places(eqx.Module):
     """Where pieces stand among their nodes: first `solved` ones, then `followers`. `runs`: of each run its
-    two ends, and those of its stations that are kept, as numbers here; `inner`: kept and followers."""
+    two ends, those of its stations that are kept, and all of them, as numbers here."""
 
     solved: tuple[int, ...] = eqx.field(static=True)
     followers: int = eqx.field(static=True)
@@ -114,10 +114,12 @@ def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
     size = 1.0 / xp.sqrt(xp.diagonal(K)[i])
     stiff = K[np.ix_(i, i)] * size[:, None] * size
     static = -size[:, None] * xp.linalg.solve(stiff, size[:, None] * K[np.ix_(i, b)])
-    T = xp.zeros((f.size, width * solved))
-    columns = np.concatenate([c * solved + fixed for c in range(width)]).astype(int)
+    # columns as found, those of what is fixed first, into the order of what is solved for
+    order = np.argsort(
+        np.concatenate([c * solved + x for x in (fixed, kept) for c in range(width)])
+    )
     if not kept.size:
-        return T.at[:, columns].set(static[f]) if xp is jnp else _put(T, columns, static[f])
+        return static[f][:, order]
     K, M, stiff, size, psi = (still(x) for x in (K, M, stiff, size, static))
     L = xp.linalg.cholesky(stiff)
     back = xp.linalg.solve(L, xp.eye(i.size)) * size  # of a load to the shape's own measure
@@ -148,15 +150,7 @@ def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
     every_shape = xp.linalg.qr(xp.concatenate([first, shapes], axis=1))[0]
     every_shape = back.T @ xp.linalg.qr(every_shape)[0]
     told = still(xp.linalg.solve(every_shape[k].T, every_shape[f].T).T)
-    at_kept = np.concatenate([c * solved + kept for c in range(width)]).astype(int)
-    if xp is np:
-        return _put(_put(T, columns, static[f] - told @ static[k]), at_kept, told)
-    return T.at[:, columns].set(static[f] - told @ static[k]).at[:, at_kept].set(told)
-
-
-def _put(T: np.ndarray, columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    T[:, columns] = values
-    return T
+    return xp.concatenate([static[f] - told @ static[k], told], axis=1)[:, order]
 
 
 def with_own(xp: Any, T: Any, width: int, solved: int) -> Any:

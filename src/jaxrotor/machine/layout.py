@@ -12,7 +12,7 @@ from typing import Any
 import jax
 
 from ..core.protocol import AbstractPrescribed, Carried, Ported
-from .lineup import Block, Lineup, structure, structure_of
+from .lineup import Block, Lineup, stack, structure, structure_of
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Layout:
     internal: tuple[int, ...]
     # as `turns_by_chi` says
     invariant: bool
-    # the nodes of each run of kept ones among followers, where there are such
-    kept_runs: tuple[tuple[int, ...], ...]
+    # the nodes that are kept among followers
+    kept: tuple[int, ...]
     n_followers: int
 
     @property
@@ -192,11 +192,18 @@ def lay_out(lineup: Lineup) -> Layout:
         tuple(internal[i] for i in range(len(wiring.stations))),
         turns_by_chi(lineup),
         tuple(
-            tuple(internal[s] for s in span.kept)
-            for span in (() if condensation is None else condensation.spans)
+            internal[s] for span in (condensation.spans if condensation else ()) for s in span.kept
         ),
         len(followers),
     )
+
+
+def joined(lineup: Lineup, layout: Layout) -> list[tuple[Any, tuple[tuple[int, ...], ...]]]:
+    """Of each group of connectors its elements, stacked, and the nodes of each end."""
+    return [
+        (stack([lineup.connectors[b] for b in group.blocks]), group.nodes)
+        for group in layout.connectors
+    ]
 
 
 def turns_by_chi(lineup: Lineup) -> bool:

@@ -22,10 +22,10 @@ from ..core.quick import quickly_compiled
 from .built import Built
 from .condensation import Condensation, Span, condensed_by, paths_of
 from .condensed import pieces
-from .field import initial_states, n_free, node_motions, relative_field
+from .field import initial_states, n_free, node_motions, on_nodes, relative_field
 from .following import PLANES, Places, following, in_plane, places, with_own
-from .layout import lay_out
-from .lineup import line_up, stack, structure_of
+from .layout import joined, lay_out
+from .lineup import line_up, structure_of
 from .system import assembled
 
 # Natural shapes with fixed ends are taken up to so many times the frequency at first.
@@ -110,8 +110,7 @@ class _Shafts:
         """K and M of all else, over the coordinates of the rest."""
         at = self.places([], [k for path in self.paths for k in path])
         matrices = self.matrices(at)
-        follow = [following(np, *pair, at, len(plane)) for pair, plane in zip(matrices, PLANES)]
-        own = _of_shafts(at, matrices, follow, _maps(self, at))
+        own = _of_shafts(at, matrices, _follow(at, matrices), _maps(self, at))
         return [self.rest.K - own[0], self.rest.M - own[1]]
 
     @cached_property
@@ -168,7 +167,7 @@ class _Trial:
         followers = [k for span in spans for k in span.followers]
         at = shafts.places(kept, followers)
         matrices, solved = shafts.matrices(at), len(at.solved)
-        follow = [following(np, *pair, at, len(plane)) for pair, plane in zip(matrices, PLANES)]
+        follow = _follow(at, matrices)
         if max(np.abs(T).max() for T in follow) > _ROUGH:
             return np.full((1, len(spans)), np.inf)
         maps = _maps(shafts, at)
@@ -221,6 +220,11 @@ def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
     return found
 
 
+def _follow(at: Places, matrices) -> list[np.ndarray]:
+    """In each plane."""
+    return [following(np, K, M, at, len(plane)) for (K, M), plane in zip(matrices, PLANES)]
+
+
 def _of_shafts(at: Places, matrices, follow, maps) -> list[np.ndarray]:
     """K and M of the condensed shafts over all free coordinates."""
     found = []
@@ -248,19 +252,14 @@ def _numbers(machine: Any) -> tuple[Any, _Rest]:
     lineup = line_up(machine)
     system = assembled(machine, lineup, nominal=True)
     layout, n, zero = system.layout, n_free(system), jnp.zeros(())
-    joined = [
-        (stack([lineup.connectors[b] for b in g.blocks]), g.nodes)
-        for g in layout.connectors
-        if g.condensed
-    ]
+    between = zip(joined(lineup, layout), layout.connectors)
+    apart = [pair for pair, group in between if group.condensed]
     reference = (system.reference(zero)[0], zero, zero)
     z = initial_states(system)
-    component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
 
     def accelerations(both: Array) -> Array:
         y = jnp.concatenate([both[:n], jnp.zeros(n), z])
-        applied = jnp.zeros((6, layout.n_nodes)).at[component, station].set(both[n:])
-        return relative_field(zero, y, system, reference, applied)[n : 2 * n]
+        return relative_field(zero, y, system, reference, on_nodes(system, both[n:]))[n : 2 * n]
 
     slopes, _ = columns(accelerations, jnp.zeros(2 * n))
     M = jnp.linalg.inv(slopes[:, n:])
@@ -270,4 +269,4 @@ def _numbers(machine: Any) -> tuple[Any, _Rest]:
         return node_motions(zero, y, system, reference)[0].ravel()
 
     moved, _ = columns(nodes, jnp.zeros(n))
-    return pieces(joined), _Rest(-M @ slopes[:, :n], M, moved.reshape(6, -1, n))
+    return pieces(apart), _Rest(-M @ slopes[:, :n], M, moved.reshape(6, -1, n))

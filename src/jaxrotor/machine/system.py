@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from ..profiles.motion import AbstractMotion, differentiate
 from .condensed import Condensed, CondensedMatrices, condense
-from .layout import Layout, lay_out
+from .layout import Layout, joined, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
 from .mass import CoupledMass, assemble_mass
@@ -154,18 +154,18 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         lineup = Lineup(tuple(stations), tuple(connectors), lineup.wiring)
     layout = lay_out(lineup)
     groups = tuple(stack([stations[b] for b in g.blocks]) for g in layout.stations)
-    joined = [(stack([connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors]
+    between, gone = joined(lineup, layout), [g.condensed for g in layout.connectors]
     own = [
         (stacked, (tuple(range(g.start, g.stop)),)) for stacked, g in zip(groups, layout.stations)
     ]
-    turn = turning(layout, joined)
-    apart = [pair for pair, g in zip(joined, layout.connectors) if g.condensed]
-    whole = [pair for pair, g in zip(joined, layout.connectors) if not g.condensed]
+    turn = turning(layout, between)
+    apart = [pair for pair, condensed in zip(between, gone) if condensed]
+    whole = [pair for pair, condensed in zip(between, gone) if not condensed]
     condensed = condense(layout, apart, machine.gravity) if apart else None
     matrices = _assemble_linear(layout, [*own, *whole], turn, condensed)
     actors, rows, first = [], [], 0
-    for element, nodes in [*own, *joined]:
-        if any(element is done for done, _ in apart):
+    for (element, nodes), done in zip([*own, *between], [*[False] * len(own), *gone]):
+        if done:
             rows.append((first, first))
             continue
         count = 0

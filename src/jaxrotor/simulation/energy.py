@@ -16,7 +16,8 @@ from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powe
 from ..core.quick import lightly_compiled
 from ..core.result_text import shows
 from ..machine.field import Evaluation, evaluate, watched_field
-from ..machine.lineup import line_up, stack
+from ..machine.layout import joined
+from ..machine.lineup import line_up
 from ..machine.machine import Machine
 from ..machine.seen import seen
 from ..machine.system import System
@@ -141,9 +142,7 @@ def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tup
         (element, (tuple(range(g.start, g.stop)),))
         for element, g in zip(system.stations, layout.stations)
     ]
-    groups += [
-        (stack([lineup.connectors[b] for b in g.blocks]), g.nodes) for g in layout.connectors
-    ]
+    groups += joined(lineup, layout)
     return [
         (element, nodes, isinstance(element, Energetic), rows)
         for (element, nodes), rows in zip(groups, system.rows)

@@ -27,6 +27,7 @@ from .condensing import condensed_for
 from .plan import Plan, bucket, fewest
 from .prepared import Known, known_chains, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
+from .remembered import Remembered
 from .run_error import share_of_peaks
 from .simulation import Simulation, as_simulation, end_or_simulation
 
@@ -96,22 +97,7 @@ class Asked(NamedTuple):
         return cls(t_end, rate, own, simulation.planned_tolerance, simulation.order, steady)
 
 
-# Plans that were found, the latest last, by machine and what was asked.
-_found: dict[Any, Plan] = {}
-
-
-def _key(machine: Machine, asked: Asked) -> Any:
-    leaves, tree = jax.tree.flatten(machine)
-    values = [np.asarray(numbers(x)) for x in leaves]
-    return tree, tuple((x.shape, x.tobytes()) for x in values), asked
-
-
-def remember(machine: Machine, asked: Asked, plan: Plan) -> Plan:
-    """For the next run of the same machine."""
-    _found[_key(machine, asked)] = plan
-    while len(_found) > _KEPT:
-        _found.pop(next(iter(_found)))
-    return plan
+plans: Remembered[Plan] = Remembered(_KEPT)
 
 
 def find_plan(machine: Machine, asked: Asked) -> Plan:
@@ -121,8 +107,7 @@ def find_plan(machine: Machine, asked: Asked) -> Plan:
             "the step cannot be chosen inside jit or vmap: call `plan = jr.plan(machine, t_end, "
             "sample_rate)` before, and pass `step=plan` to `simulate`"
         )
-    known = _found.get(_key(machine, asked))
-    return known or remember(machine, asked, _new_plan(machine, asked))
+    return plans.get(machine, asked) or plans.put(machine, asked, _new_plan(machine, asked))
 
 
 def _new_plan(machine: Machine, asked: Asked) -> Plan:

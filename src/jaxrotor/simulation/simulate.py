@@ -27,7 +27,7 @@ from .checks import sample_count, turns_freely
 from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
-from .pilot import Asked, find_plan, plan_for, remember, unresolved
+from .pilot import Asked, find_plan, plan_for, plans, unresolved
 from .plan import Plan, refined
 from .prepared import Known, Prepared, Steps, assembled, known_of, prepare, steps_of, with_ladder
 from .ranges import tell_ranges
@@ -188,7 +188,7 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             better = refined(plan, error)  # something moved that no pilot saw
         else:
             break
-        plan = remember(machine, asked, better)
+        plan = plans.put(machine, asked, better)
     return response, checks
 
 
