@@ -14,6 +14,7 @@ from ..core.gate import takes
 from ..core.result_text import HERTZ, shows
 from ..core.threads import one_thread
 from ..machine.machine import Machine
+from .condensing import until_within
 from .linearise import check_linearized, models_over_speed
 from .lowest_modes import lowest
 from .modes import describe, modes, told_apart
@@ -79,21 +80,30 @@ def campbell(
     followed from speed to speed by how alike their shapes are, not by their order. `progress` shows
     a bar; by default a terminal gets one where the work lasts.
 
-    Where a mode does not oscillate (overdamped), its entries are NaN. Raises `InputError` for speeds
-    that do not rise or are fewer than two."""
+    Where a mode does not oscillate (overdamped), its entries are NaN. Large machines are reduced (see
+    `Machine.reduced`), which raises frequencies by 1e-8 at most; `machine.full()` is not.
+    Raises `InputError` for speeds that do not rise or are fewer than two."""
     speeds = np.asarray(speeds, float)
     if speeds.ndim != 1 or speeds.size < 2 or not np.all(np.diff(speeds) > 0):
         raise InputError("speeds must be a rising list of two speeds at least, in rad/s")
+    check_linearized(at)
+    machine.check()
     # from the speed furthest from rest: there the modes are furthest apart
     way = range(speeds.size - 1, -1, -1)
     if abs(speeds[0]) > abs(speeds[-1]):
         way = range(speeds.size)
     first, *others = way
-    check_linearized(at)
-    machine.check()
-    models = models_over_speed(machine, speeds, at)
-    model = models(speeds[first])
-    named = modes(model, count)
+
+    def looked_at(machine: Machine):
+        models = models_over_speed(machine, speeds, at)
+        model = models(speeds[first])
+        named, beside = modes(model, count), lowest(models(speeds[others[-1]]), count)[0]
+        missing = len(named) < count
+        highest = np.abs([*(m.eigenvalue for m in named), *beside]).max(initial=0.0)
+        return (models, model, named), np.inf if missing else float(highest)
+
+    start = float(np.abs(speeds).max())
+    models, model, named = until_within(machine, start, at, looked_at)
     shapes = np.stack([m.shape for m in named], axis=1) if named else np.zeros((len(model.M), 0))
     followed = _Followed(np.array([m.eigenvalue for m in named]), shapes)
     values = np.full((speeds.size, len(named)), np.nan, complex)

@@ -17,6 +17,7 @@ from ..core.parameter import known
 from ..core.quick import traced
 from ..core.threads import one_thread
 from ..machine.machine import Machine
+from .condensing import until_within
 from .crossing import crossings
 from .eigen import eigensystem
 from .frozen import (
@@ -37,6 +38,7 @@ from .linearise import (
 )
 from .lowest_modes import lowest
 from .modes import STRAIGHT, Mode, describe, named, told_apart
+from .observe import at_coordinates
 
 Whirl = Literal["forward", "backward"]
 _RANGE = numbers("rad/s", least=0.0, size=2, rising=True)
@@ -72,6 +74,9 @@ def critical_speeds(
     mode may have several. `damped`: where Im lambda(speed) = order speed in the full model at each speed;
     those that damping removes are left out.
 
+    Large machines are reduced for a range or a count (see `Machine.reduced`), which raises frequencies by
+    1e-8 at most; `machine.full()` is not.
+
     - `speeds`: (low, high), rad/s, the range of those asked for. - `whirl`: lateral modes of this sense
       alone, "forward" (with the spin: what unbalance excites) or "backward". - `count`: only the lowest so
       many of these (needed under `jit`, where what there is not is inf).
@@ -82,7 +87,7 @@ def critical_speeds(
 
     Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
     """
-    return _critical(machine, order, damped, at, count, speeds, whirl).speeds
+    return _critical(machine, order, damped, at, count, speeds, whirl)[1].speeds
 
 
 @takes(order=positive(), count=whole(1), speeds=_RANGE)
@@ -100,16 +105,36 @@ def critical_modes(
     gyroscopic effect), each is told once. Not for use under `jit`. Raises `InputError` for wrong
     arguments, and where rounding hides critical speeds (stiffnesses and masses far apart).
     """
-    found = _critical(machine, order, False, at, count, speeds, whirl)
-    turning = models_at(machine, at)(PROBES[-1])
-    return named(turning, 1j * order * np.asarray(found.speeds), np.asarray(found.shapes))
+    of, found = _critical(machine, order, False, at, count, speeds, whirl)
+    turning = models_at(of, at)(PROBES[-1])
+    modes = named(turning, 1j * order * np.asarray(found.speeds), np.asarray(found.shapes))
+    if of is machine:
+        return modes
+    return [mode._replace(shape=at_coordinates(machine, of, mode.shape)) for mode in modes]
+
+
+def _critical(machine, order, damped, at, count, speeds, whirl) -> tuple[Machine, _Found]:
+    """And the machine that was looked at: a reduced one where it is large and few or low ones are asked
+    for."""
+    check_linearized(at)
+    machine.check()
+    low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
+    asked = order, damped, at, low, high, count, whirl
+    if count is None and high == np.inf:
+        return machine, _found(machine, *asked)
+
+    def looked_at(machine: Machine) -> tuple[tuple[Machine, _Found], float]:
+        found = _found(machine, *asked)
+        there = known(found.speeds)
+        if there is None or (high == np.inf and there.size < (count or 0)):
+            return (machine, found), np.inf
+        return (machine, found), order * float(there.max(initial=0.0))
+
+    return until_within(machine, order * high if high < np.inf else 0.0, at, looked_at)
 
 
 @one_thread
-def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
-    low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
-    check_linearized(at)
-    machine.check()
+def _found(machine, order, damped, at, low, high, count, whirl) -> _Found:
     order = jnp.asarray(float(order))
     rest = at_rest(machine, order, at)
     varies = known(rest.varies)
@@ -118,12 +143,10 @@ def _critical(machine, order, damped, at, count, speeds, whirl) -> _Found:
             raise InputError(
                 "damped=True is a search, which `jit` and `vmap` do not go through: call it outside of them"
             )
-        found = _damped(machine, rest, order, at, low, high, whirl, count)
-    elif varies is not None and varies:
-        found = _speed_dependent(machine, rest, order, at, low, high, whirl, count)
-    else:
-        found = _constant(machine, rest, low, high, whirl, count)
-    return found
+        return _damped(machine, rest, order, at, low, high, whirl, count)
+    if varies is not None and varies:
+        return _speed_dependent(machine, rest, order, at, low, high, whirl, count)
+    return _constant(machine, rest, low, high, whirl, count)
 
 
 def _constant(machine: Machine, rest: Frozen, low, high, whirl, count) -> _Found:

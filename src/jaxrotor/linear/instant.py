@@ -8,11 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.errors import InputError
 from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, on_nodes, rates_and_loads
 from ..machine.lineup import Lineup, line_up
 from ..machine.machine import Machine
 from ..machine.system import System, assembled
+from ..machine.wiring import unknown
 from ..simulation.free_turning import Turning, turning_at_rest
 from ..simulation.state import State, from_flat, to_flat
 
@@ -54,6 +56,15 @@ def prepare_both(machine: Machine) -> tuple[Prepared, System]:
     """And the machine as it is, assembled."""
     lineup = line_up(machine)
     return _prepared(machine, lineup), assembled(machine, lineup, nominal=False)
+
+
+def ratio_of(machine: Machine, shaft: str) -> float:
+    """How many times as fast as the driven shaft that of a station turns."""
+    stations = machine.wiring.stations
+    if shaft not in stations:
+        raise InputError(f"shaft: {unknown('station', shaft, stations)}")
+    turns = np.asarray(prepare(machine).system.turns())
+    return abs(float(turns[stations.index(shaft)]))
 
 
 def _prepared(machine: Machine, lineup: Lineup) -> Prepared:

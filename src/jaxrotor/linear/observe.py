@@ -122,6 +122,17 @@ def at_stations(machine: Machine, shape: Complex[Array, " n"]) -> Complex[Array,
     return jax.lax.complex(*parts).T[np.array(_station_nodes(system))]
 
 
+def at_coordinates(
+    machine: Machine, reduced: Machine, shape: Complex[Array, " n"] | np.ndarray
+) -> np.ndarray:
+    """A shape of the reduced machine over the free coordinates of the machine itself, the largest entry 1."""
+    at_all = np.asarray(at_stations(reduced, jnp.asarray(shape)))
+    names = structure_of(machine).wiring.stations
+    labels = coordinate_order(machine)[3]
+    found = np.array([at_all[names.index(s), COORDINATES.index(c)] for s, c in labels])
+    return found / found[np.argmax(np.abs(found))]
+
+
 def sensitivity(
     machine: Machine, outputs: tuple[Output, ...], system: System, y, reference: Reference
 ) -> Float[Array, "n d"]:

@@ -24,10 +24,13 @@ from ..machine.machine import Machine
 from ..machine.speed_ratios import root
 from ..machine.system import assemble
 from ..machine.wiring import unknown
+from ..simulation.condensing import may_condense
 from ..simulation.state import State, to_flat
+from .condensing import condensed_below
 from .coordinates import coordinate_order, internal_order
 from .excess import excess
 from .forced import amplitudes
+from .instant import ratio_of
 from .linearise import check_linearized, holding, linearize
 from .observe import outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
@@ -121,10 +124,16 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     outputs = as_names(outputs)
     speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
     machine.check()
-    found = outputs_of(machine, coordinate_order(machine)[3], outputs)
     geared = any(isinstance(c, Geared) for c in machine.connectors)
     if shaft is not None and shaft not in machine.wiring.stations:
         raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
+    top = known(speeds)
+    if top is not None and may_condense(machine):
+        highest = float(np.abs(top).max(initial=0.0)) * max(orders)
+        if geared and shaft is not None:
+            highest *= ratio_of(machine, shaft)
+        machine = condensed_below(machine, highest, at)
+    found = outputs_of(machine, coordinate_order(machine)[3], outputs)
     if geared:
         machine = _only(machine, _members(machine, shaft))
     turn_at = machine.wiring.stations.index(shaft) if geared and shaft is not None else None

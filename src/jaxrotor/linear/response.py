@@ -22,6 +22,7 @@ from ..core.threads import one_thread
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..simulation.state import to_flat
+from .condensing import condensed_below
 from .coordinates import coordinate_order, internal_order, row_of
 from .instant import prepare
 from .linearise import LinearModel, check_linearized, linearize_checked, model_of
@@ -89,6 +90,11 @@ def frequency_response(
     frequencies = jnp.atleast_1d(jnp.asarray(frequencies, float))
     check_linearized(at)
     machine.check()
+    asked = known(frequencies)
+    if asked is not None:
+        pushed = {name.rpartition(".")[0] for name in inputs}
+        at_stations = tuple(k for k, name in enumerate(machine.wiring.stations) if name in pushed)
+        machine = condensed_below(machine, float(np.abs(asked).max(initial=0.0)), at, at_stations)
     labels = coordinate_order(machine)[3]
     found = outputs_of(machine, labels, outputs)
     columns = np.array([row_of(labels, i) for i in inputs])

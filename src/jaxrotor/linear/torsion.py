@@ -15,9 +15,8 @@ from ..core.quick import traced
 from ..core.result_text import HERTZ, shows
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.wiring import unknown
 from .coordinates import coordinate_order
-from .instant import prepare
+from .instant import ratio_of
 from .linearise import LinearModel, check_linearized
 from .lowest_modes import lowest
 from .observe import outputs_of
@@ -56,15 +55,6 @@ class Interference(NamedTuple):
     order: float
     speed: float
     separation: float
-
-
-def _ratio(machine: Machine, shaft: str) -> float:
-    """How many times as fast as the driven shaft that of a station turns."""
-    stations = machine.wiring.stations
-    if shaft not in stations:
-        raise InputError(f"shaft: {unknown('station', shaft, stations)}")
-    turns = np.asarray(prepare(machine).system.turns())
-    return abs(float(turns[stations.index(shaft)]))
 
 
 @takes()
@@ -229,7 +219,7 @@ def interferences(
     if not all(order > 0 for order in orders):
         raise InputError(f"orders must be positive, but are {tuple(orders)!r}")
     found = []
-    ratio = 1.0 if shaft is None else _ratio(machine, shaft)
+    ratio = 1.0 if shaft is None else ratio_of(machine, shaft)
     for mode in torsional_modes(machine, 0.5 * (low + high) / ratio, count, at):
         if count is None and mode.frequency > _BEYOND * high * max(orders, default=0.0):
             continue

@@ -2,6 +2,7 @@
 static bookkeeping."""
 
 import copy
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -52,11 +53,12 @@ def condensed_by(machine: Any, condensation: Condensation | None) -> Any:
     return other
 
 
-def paths_of(lineup: Lineup) -> list[list[int]]:
-    """Stations that hold nothing but condensable shafts to two others, run by run, along the shaft."""
+def paths_of(lineup: Lineup, keep: Iterable[int] = ()) -> list[list[int]]:
+    """Stations that hold nothing but condensable shafts to two others, run by run, along the shaft; without
+    those to `keep`."""
     wiring, member = lineup.wiring, 0
     beside: dict[int, set[int]] = {}  # station -> stations that pieces of shaft join it to
-    other: set[int] = {h.station for h in wiring.held}
+    other: set[int] = {*keep, *(h.station for h in wiring.held)}
     for block in lineup.connectors:
         plain = isinstance(block.element, Condensable)
         for ends in wiring.ends[member : member + len(block)]:

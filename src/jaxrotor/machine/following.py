@@ -125,16 +125,19 @@ def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
     back = xp.linalg.solve(L, xp.eye(i.size)) * size  # of a load to the shape's own measure
     pushed = back @ (M[np.ix_(i, b)] + M[np.ix_(i, i)] @ psi)
     own = back @ M[np.ix_(i, i)] @ back.T
-    # static shapes, where both ends move alike and against each other; then natural ones, one for each other
-    # coordinate that is kept (of a symmetric run, as many symmetric ones as can be told apart)
+    # static shapes, where both ends move alike and against each other, across and tilting; then natural ones,
+    # one for each other coordinate that is kept (of a symmetric run, as many symmetric ones as can be told
+    # apart)
     begin = []
     for ends, keeps, _ in at.runs:
         if not keeps:
             continue
-        count = min(2, width * len(keeps))
+        count = min(2 * width, width * len(keeps))
         ours = np.zeros((b.size, count))
-        for end, sign in zip(ends, (1.0, -1.0)):
-            ours[np.flatnonzero(fixed == end)[0]] = (1.0, sign)[:count]
+        ways = [(c, sign) for c in range(width) for sign in (1.0, -1.0)]
+        for column, (c, sign) in enumerate(ways[:count]):
+            for end, share in zip(ends, (1.0, sign)):
+                ours[c * fixed.size + np.flatnonzero(fixed == end)[0], column] = share
         others = every(np.array(keeps))[: width * len(keeps) - count]
         begin.append((ours, [place[int(p)] for p in others]))
     masks = [np.isin(i % n, own) for _, keeps, own in at.runs if keeps]

@@ -6,7 +6,7 @@ its series: Galerkin's error is the square of the shape's. Taken are twice r' K_
 the lowest natural shape that is left out lies above 1.4 times the frequency.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -36,16 +36,18 @@ _SLOW = 1e-3
 _ROUGH = 1e3
 
 
-def choose(machine: Built, up_to: float, tolerance: float) -> Condensation | None:
-    """So few stations that natural frequencies below `up_to` (Hz) are met to the tolerance; `None` where
-    there is nothing to leave out. Raises `InputError` under a trace, and where a force has no slope at
-    rest."""
+def choose(
+    machine: Built, up_to: float, tolerance: float, keep: Iterable[int] = ()
+) -> Condensation | None:
+    """So few stations, beside those to `keep` (by number), that natural frequencies below `up_to` (Hz) are
+    met to the tolerance; `None` where there is nothing to leave out. Raises `InputError` under a trace, and
+    where a force has no slope at rest."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "which stations follow others cannot be chosen inside jit or vmap: call "
             "`machine = machine.reduced(...)` before; parameters may change inside"
         )
-    paths = [path for path in paths_of(structure_of(machine)) if len(path) > 1]
+    paths = [path for path in paths_of(structure_of(machine), keep) if len(path) > 1]
     if not paths:
         return None
     shafts = _Shafts(machine, paths)

@@ -18,15 +18,28 @@ _chosen: Remembered[Condensation] = Remembered(16)
 
 
 def condensed_for(machine: Machine, sample_rate: float, tolerance: float | None) -> Machine:
-    """The machine itself where it is small, was reduced or is to be `full`, and under a trace; else reduced
-    for all that samples can show, frequencies up to half the sample rate (Hz)."""
+    """`condensed_up_to` for all that samples can show, frequencies up to half the sample rate (Hz)."""
+    error = _ERROR if tolerance is None else min(_ERROR, _SHARE * tolerance)
+    return condensed_up_to(machine, 0.5 * sample_rate, error)
+
+
+def may_condense(machine: Machine) -> bool:
+    """Whether it is large, and its user has left the choice: not where it was reduced or is to be `full`,
+    nor under a trace."""
     concrete = all(map(is_concrete, jax.tree.leaves(machine)))
     if machine.wiring.condensation is not None or not concrete:
+        return False
+    return count_of_free(machine) > _LARGE
+
+
+def condensed_up_to(
+    machine: Machine, frequency: float, error: float, keep: tuple[int, ...] = ()
+) -> Machine:
+    """A machine that `may_condense` reduced for frequencies up to this one (Hz), with stations to `keep` by
+    number; others as they are."""
+    if not may_condense(machine):
         return machine
-    if count_of_free(machine) <= _LARGE:
-        return machine
-    error = _ERROR if tolerance is None else min(_ERROR, _SHARE * tolerance)
-    asked = 0.5 * sample_rate, error
+    asked = frequency, error, keep
     found = _chosen.get(machine, asked)
     if found is None:
         try:
