@@ -303,10 +303,10 @@ def test_linear_analysis_of_large_machines(pair):
         np.testing.assert_allclose(one, other, rtol=3e-8)
     one, other = (jr.critical_modes(m, speeds=(0.0, 400.0)) for m in (large, whole))
     assert [m.name for m in one] == [m.name for m in other]
-    for mine, theirs in zip(one, other):  # of shapes in both planes either may be the largest
+    for mine, theirs in zip(one, other):
+        # either plane's may be the largest; a frequency errs by the square of its shape
         share = np.vdot(theirs.shape, mine.shape) / np.vdot(theirs.shape, theirs.shape)
-        # a frequency errs by the square of its shape
-            np.testing.assert_allclose(mine.shape, share * theirs.shape, atol=1e-4)
+        np.testing.assert_allclose(mine.shape, share * theirs.shape, atol=1e-4)
 
     # pushed at a station that would follow others
     outputs = ["disc.x", "shaft 1.3.y", "left bearing.force.x"]
