@@ -85,21 +85,18 @@ def pair():
 
 
 def test_modes_are_met_to_the_estimate(pair):
-    """At rest, where it was estimated, and turning; in pairs that are nearly alike in both planes."""
+    """At rest and at any speed of as many turns; in pairs that are nearly alike in both planes."""
     full, reduced = pair
     condensation = reduced.wiring.condensation
     assert 3 * count_of_free(reduced) < 2 * count_of_free(full)
     assert condensation.error < 1e-6
-    for speed in (0.0, 300.0):
+    for speed in (0.0, 300.0, 2 * np.pi * UP_TO):
         whole, few = (poles(m, speed, 2 * np.pi * UP_TO) for m in pair)
         assert len(whole) == len(few) >= 9
-        off = np.abs(few) / np.abs(whole) - 1
-        assert np.all(np.abs(off) < condensation.error + 1e-8)
+        off = np.abs(np.abs(few) / np.abs(whole) - 1)
+        assert np.all(off < condensation.error + 1e-8)
         np.testing.assert_allclose(few.real, whole.real, rtol=2e-5)
-        if (
-            speed == 0.0
-        ):  # Galerkin's frequencies are too high, by no less than a tenth of what is told
-            assert off.max() > 0.1 * condensation.error
+    assert off.max() > 0.05 * condensation.error  # no less than a twentieth of what is told
 
 
 def test_a_wider_tolerance_keeps_fewer(pair):
@@ -138,8 +135,8 @@ def test_damping_that_turns():
 def test_followers_in_linear_results(pair):
     """By name in a response to unbalance, and in the shape of a mode."""
     speeds = np.array([50.0, 110.0, 250.0])
-    outputs = ["disc.x", "shaft 1.3.y", "shaft 3.3.x"]
-    assert pair[1].wiring.stations.index("shaft 1.3") in pair[1].wiring.condensation.followers
+    outputs = ["disc.x", "shaft 1.4.y", "shaft 3.3.x"]
+    assert pair[1].wiring.stations.index("shaft 1.4") in pair[1].wiring.condensation.followers
     whole, few = (np.asarray(jr.unbalance_response(m, outputs, speeds).values) for m in pair)
     off, size = np.abs(few - whole), np.abs(whole)
     assert np.all(off < 1e-4 * size) and np.all(off < 1e-7 * size.max(axis=1, keepdims=True))
@@ -156,7 +153,7 @@ def test_a_run_is_the_same(pair):
     full, reduced = pair
     simulation = jr.Simulation(0.2, 2000.0, tolerance=1e-6)
     whole, few = (jr.simulate(m, simulation) for m in (full, reduced))
-    places = ("disc", "left", "shaft 1.3", "shaft 3.1", "shaft 3.3", "drive")
+    places = ("disc", "left", "shaft 1.4", "shaft 3.1", "shaft 3.3", "drive")
     for name in places:
         for what in ("position", "velocity"):
             a, b = (np.asarray(getattr(r[name], what)) for r in (whole, few))
@@ -286,7 +283,7 @@ def test_what_cannot_be_is_refused(pair, tmp_path):
 
 
 def test_linear_analysis_of_large_machines(pair):
-    """By themselves reduced as far as what is asked for needs, and told over the machine's own coordinates: as
+    """Reduced by themselves as far as what is asked for needs; told over the machine's own coordinates, as
     the full one's, to some 1e-8."""
     large = rotor(finer=2)
     whole, speeds = large.full(), np.array([0.0, 60.0, 210.0])
@@ -309,7 +306,7 @@ def test_linear_analysis_of_large_machines(pair):
         np.testing.assert_allclose(mine.shape, share * theirs.shape, atol=1e-4)
 
     # pushed at a station that would follow others
-    outputs = ["disc.x", "shaft 1.3.y", "left bearing.force.x"]
+    outputs = ["disc.x", "shaft 1.4.y", "left bearing.force.x"]
     one, other = (
         jr.frequency_response(m, "shaft 1.5.x", outputs, [40.0, 700.0], 210.0)
         for m in (large, whole)

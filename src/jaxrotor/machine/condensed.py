@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, spin_speed
 from ..core.turning import turning_forces
-from .following import PLANES, Places, following, in_plane, places, with_own
+from .following import PLANES, Places, circling, following, in_plane, places, turning, with_own
 from .layout import Layout
 from .picked import picked
 
@@ -115,11 +115,13 @@ def condense(layout: Layout, joined, gravity: Float[Array, "3"]) -> CondensedMat
     own = pieces(joined)
     first = layout.n_nodes + layout.n_ground
     at = places(own.ends, layout.kept, range(first, first + layout.n_followers))
-    n, k = at.size, len(at.solved)
+    k = len(at.solved)
     K, C, M, B = (
         [in_plane(jnp, X, at, p, p) for p in PLANES] for X in (own.K, own.C, own.M, own.rotating)
     )
-    follow = tuple(following(jnp, K[i], M[i], at, len(p)) for i, p in enumerate(PLANES))
+    across = turning(jnp, own.G, own.M, at)
+    frequency = 2 * np.pi * layout.up_to
+    follow = tuple(following(jnp, *plane, at, frequency) for plane in zip(K, M, circling(across)))
     sag = _sag(K, M, at, gravity)
     whole = [with_own(jnp, T, len(plane), k) for T, plane in zip(follow, PLANES)]
 
@@ -127,13 +129,9 @@ def condense(layout: Layout, joined, gravity: Float[Array, "3"]) -> CondensedMat
         return [T.T @ x @ T for T, x in zip(whole, X)]
 
     K, C, M, B = map(reduced, (K, C, M, B))
-    # all that turning does about x and y: of a piece, and of the momentum of its spin at its ends
-    momentum = jnp.sum(in_plane(jnp, own.M, at, (5,), (5,)), axis=1)
-    across = in_plane(jnp, own.G, at, PLANES[0], PLANES[1])
-    tilt = n + np.arange(n)
-    across = whole[0].T @ across.at[tilt, tilt].add(-momentum) @ whole[1]
+    # beyond the momentum of the spin at the stations that are solved for
     tilt = k + np.arange(k)
-    across = across.at[tilt, tilt].add(jnp.sum(M[3], axis=1))
+    across = (whole[0].T @ across @ whole[1]).at[tilt, tilt].add(jnp.sum(M[3], axis=1))
     G = jnp.zeros((6 * k, 6 * k)).at[_places(k, PLANES[0], PLANES[1])].set(across)
     rotating = None if turns_rigidly(joined) else _one(B, k)
     shafts = Condensed(

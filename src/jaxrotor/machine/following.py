@@ -1,11 +1,10 @@
 """Shafts with mass whose inner stations follow a few of them: component mode synthesis.
 
-A run of inner stations follows its two ends as in statics, `Ψ = -K_ii⁻¹ K_ib` (Guyan 1965), and has natural
-shapes with fixed ends beside (Hurty 1965; Craig & Bampton 1968). The shapes' amplitudes are told by the
-coordinates of the stations that are kept, as many: `u_i = Ψ u_b + Z Z_k⁻¹ (u_k - Ψ_k u_b)`. Of the shapes the
-first are static ones, under the inertia of a run that its ends move, so that statics are exact; then come
-those of the lowest natural frequencies, by subspace iteration. Shapes are not differentiated: what a change
-of them changes in a result is the product of what they lack and of what their derivatives lack.
+A run of inner stations follows its two ends as in statics, `Ψ = -K_ii⁻¹ K_ib` (Guyan 1965), and has shapes of
+its own with fixed ends beside (Hurty 1965; Craig & Bampton 1968), Z, which ritz.py chooses. The shapes'
+amplitudes are told by the coordinates of the stations that are kept, as many:
+`u_i = Ψ u_b + Z Z_k⁻¹ (u_k - Ψ_k u_b)`. Shapes are not differentiated: what a change of them changes in a
+result is the product of what they lack and of what their derivatives lack.
 """
 
 from collections.abc import Iterable, Sequence
@@ -16,10 +15,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .ritz import ritz_shapes
+
 # What deforms by itself: bending in two planes, stretching and twisting; the first coordinate moves across.
 PLANES = ((0, 4), (1, 3), (2,), (5,))
-# Of the subspace iteration: a shape at half the first frequency that is left out is found to 1e-6.
-_ITERATIONS = 10
 
 
 class Places(eqx.Module):
@@ -94,22 +93,39 @@ def in_plane(xp: Any, X: Any, at: Places, rows: tuple[int, ...], columns: tuple[
     return found.reshape(len(rows) * n, len(columns) * n)
 
 
-def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
-    """The followers' coordinates in a plane of `width` coordinates for those that are solved for; K and M
-    over all nodes there. By NumPy (`xp`) or JAX."""
+def turning(xp: Any, G: Any, M: Any, at: Places) -> Any:
+    """All that turning does about x and y per unit of spin, of rates in the second of the PLANES on the
+    first, (2 n, 2 n): by pieces' `G`, and by the momentum of their spin at their ends."""
+    momentum = xp.sum(in_plane(xp, M, at, (5,), (5,)), axis=1)
+    none = xp.zeros((at.size, at.size))
+    own = xp.concatenate(
+        [xp.concatenate([none, none]), xp.concatenate([none, xp.diag(momentum)])], axis=1
+    )
+    return in_plane(xp, G, at, *PLANES[:2]) - own
+
+
+def circling(turning: Any) -> tuple[Any, ...]:
+    """What gyroscopic moments do in each plane to a motion that circles, per unit of spin and of its
+    frequency: symmetric, (2 n, 2 n); `None` where nothing circles."""
+    sign = np.repeat([1.0, -1.0], turning.shape[0] // 2)  # theta circles with -psi
+    return turning * sign, turning * sign[:, None], None, None
+
+
+def following(xp: Any, K: Any, M: Any, gyroscopic: Any, at: Places, frequency: float) -> Any:
+    """The followers' coordinates in a plane for those that are solved for. K, M, and `gyroscopic` as from
+    `circling`, over all nodes there; `frequency`: the highest that counts, rad/s. By NumPy (`xp`) or JAX."""
     still = (lambda x: x) if xp is np else jax.lax.stop_gradient
     n, solved = at.size, len(at.solved)
+    width = K.shape[0] // n
     inner = np.array([k for _, _, own in at.runs for k in own])
     kept = np.array([k for _, keeps, _ in at.runs for k in keeps], int)
     fixed = np.array([k for k in range(solved) if k not in set(inner.tolist())])
 
     def every(nodes):
-        return np.concatenate([c * n + nodes for c in range(width)]).astype(int)
+        return np.concatenate([c * n + np.array(nodes, int) for c in range(width)])
 
     i, b, of_kept = every(inner), every(fixed), every(kept)
-    place = {int(p): j for j, p in enumerate(i)}
-    k = np.array([place[int(p)] for p in of_kept], int)
-    f = np.array([place[int(p)] for p in every(np.arange(solved, n))], int)
+    f = every(np.arange(solved, n))
     # scaled first: metres and radians differ by orders
     size = 1.0 / xp.sqrt(xp.diagonal(K)[i])
     stiff = K[np.ix_(i, i)] * size[:, None] * size
@@ -118,42 +134,38 @@ def following(xp: Any, K: Any, M: Any, at: Places, width: int) -> Any:
     order = np.argsort(
         np.concatenate([c * solved + x for x in (fixed, kept) for c in range(width)])
     )
+    psi = static[_rows(f, i)]
     if not kept.size:
-        return static[f][:, order]
-    K, M, stiff, size, psi = (still(x) for x in (K, M, stiff, size, static))
-    L = xp.linalg.cholesky(stiff)
-    back = xp.linalg.solve(L, xp.eye(i.size)) * size  # of a load to the shape's own measure
-    pushed = back @ (M[np.ix_(i, b)] + M[np.ix_(i, i)] @ psi)
-    own = back @ M[np.ix_(i, i)] @ back.T
-    # static shapes, where both ends move alike and against each other, across and tilting; then natural ones,
-    # one for each other coordinate that is kept (of a symmetric run, as many symmetric ones as can be told
-    # apart)
-    begin = []
-    for ends, keeps, _ in at.runs:
+        return psi[:, order]
+    told = xp.zeros((f.size, of_kept.size))
+    for ends, keeps, own in at.runs:
         if not keeps:
             continue
-        count = min(2 * width, width * len(keeps))
-        ours = np.zeros((b.size, count))
-        ways = [(c, sign) for c in range(width) for sign in (1.0, -1.0)]
-        for column, (c, sign) in enumerate(ways[:count]):
-            for end, share in zip(ends, (1.0, sign)):
-                ours[c * fixed.size + np.flatnonzero(fixed == end)[0], column] = share
-        others = every(np.array(keeps))[: width * len(keeps) - count]
-        begin.append((ours, [place[int(p)] for p in others]))
-    masks = [np.isin(i % n, own) for _, keeps, own in at.runs if keeps]
-    first = xp.concatenate(
-        [(pushed @ ours) * mask[:, None] for (ours, _), mask in zip(begin, masks)], axis=1
-    )
-    first = xp.linalg.qr(first)[0]
-    units = np.eye(i.size)[:, [p for _, others in begin for p in others]]
-    shapes = back @ units
-    for _ in range(_ITERATIONS if units.shape[1] else 0):
-        shapes = xp.linalg.qr(own @ shapes)[0]
-    # the first natural shapes are nearly static ones
-    every_shape = xp.linalg.qr(xp.concatenate([first, shapes], axis=1))[0]
-    every_shape = back.T @ xp.linalg.qr(every_shape)[0]
-    told = still(xp.linalg.solve(every_shape[k].T, every_shape[f].T).T)
-    return xp.concatenate([static[f] - told @ static[k], told], axis=1)[:, order]
+        mine, edge, ours = every(own), every(ends), every(keeps)
+        moved = still(static)[np.ix_(_rows(mine, i), _rows(edge, b))]
+
+        def pushed(X, rows, mine=mine, edge=edge, moved=moved):
+            X = still(X)
+            return X[np.ix_(rows, edge)] + X[np.ix_(rows, mine)] @ moved
+
+        loads = [pushed(X, mine) for X in (M, gyroscopic) if X is not None]
+        stiff, mass = (still(X)[np.ix_(mine, mine)] for X in (K, M))
+        shapes = ritz_shapes(xp, stiff, mass, loads, pushed(K, edge), _rows(ours, mine), frequency)
+        theirs = np.setdiff1d(mine, ours)
+        by = xp.linalg.solve(shapes[_rows(ours, mine)].T, shapes[_rows(theirs, mine)].T).T
+        into = np.ix_(_rows(theirs, f), _rows(ours, of_kept))
+        if xp is np:
+            told[into] = by
+        else:
+            told = told.at[into].set(by)
+    told = still(told)
+    return xp.concatenate([psi - told @ static[_rows(of_kept, i)], told], axis=1)[:, order]
+
+
+def _rows(some: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Where each of some numbers stands."""
+    place = {int(p): j for j, p in enumerate(among)}
+    return np.array([place[int(p)] for p in some], int)
 
 
 def with_own(xp: Any, T: Any, width: int, solved: int) -> Any:

@@ -64,6 +64,8 @@ class Layout:
     invariant: bool
     # the nodes that are kept among followers
     kept: tuple[int, ...]
+    # the highest frequency at which these do, Hz
+    up_to: float
     n_followers: int
 
     @property
@@ -194,6 +196,7 @@ def lay_out(lineup: Lineup) -> Layout:
         tuple(
             internal[s] for span in (condensation.spans if condensation else ()) for s in span.kept
         ),
+        condensation.up_to if condensation else 0.0,
         len(followers),
     )
 

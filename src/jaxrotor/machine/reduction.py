@@ -3,7 +3,8 @@
 The estimate: of a natural vibration (λ = ω², shape u with u' M u = 1) of the reduced machine at rest, what is
 out of balance on the stations between, r = (K - λM) u, lowers λ by r' (K_ii - λM_ii)⁻¹ r, the second term of
 its series: Galerkin's error is the square of the shape's. Taken are twice r' K_ii⁻¹ r, which is more where
-the lowest natural shape that is left out lies above 1.4 times the frequency.
+the lowest natural shape that is left out lies above 1.4 times the frequency. Where the shaft turns (Ω) and
+the motion circles, gyroscopic moments leave ω Ω G u out of balance beside, with or against that.
 """
 
 from collections.abc import Iterable, Sequence
@@ -23,7 +24,7 @@ from .built import Built
 from .condensation import Condensation, Span, condensed_by, paths_of
 from .condensed import pieces
 from .field import initial_states, n_free, node_motions, on_nodes, relative_field
-from .following import PLANES, Places, following, in_plane, places, with_own
+from .following import PLANES, Places, circling, following, in_plane, places, turning, with_own
 from .layout import joined, lay_out
 from .lineup import line_up, structure_of
 from .system import assembled
@@ -102,17 +103,21 @@ class _Shafts:
             self.ends, [self.first + k for k in kept], [self.first + k for k in followers]
         )
 
-    def matrices(self, at: Places) -> list[tuple[np.ndarray, np.ndarray]]:
-        """K and M in each plane."""
+    def matrices(self, at: Places) -> list[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+        """K, M and what gyroscopic moments do, in each plane."""
         own = self.pieces
-        return [tuple(in_plane(np, X, at, p, p) for X in (own.K, own.M)) for p in PLANES]  # pyright: ignore
+        gyroscopic = circling(turning(np, own.G, own.M, at))
+        return [
+            (*(in_plane(np, X, at, p, p) for X in (own.K, own.M)), G)  # pyright: ignore
+            for p, G in zip(PLANES, gyroscopic)
+        ]
 
     @cached_property
     def others(self) -> list[np.ndarray]:
         """K and M of all else, over the coordinates of the rest."""
         at = self.places([], [k for path in self.paths for k in path])
         matrices = self.matrices(at)
-        own = _of_shafts(at, matrices, _follow(at, matrices), _maps(self, at))
+        own = _of_shafts(at, matrices, _follow(at, matrices, 0.0), _maps(self, at))
         return [self.rest.K - own[0], self.rest.M - own[1]]
 
     @cached_property
@@ -138,7 +143,7 @@ class _Shafts:
         at = self.places([], stations)
         stations = [-1] * len(at.solved) + stations
         counts = np.zeros(len(self.paths), int)
-        for plane, (K, M) in zip(PLANES, self.matrices(at)):
+        for plane, (K, M, _) in zip(PLANES, self.matrices(at)):
             for _, _, own in at.runs:
                 i = np.concatenate([c * at.size + np.array(own) for c in range(len(plane))])
                 values, _ = _vibrations(K[np.ix_(i, i)], M[np.ix_(i, i)])
@@ -163,15 +168,20 @@ class _Trial:
         self.spans = tuple(spans)
 
     def errors(self, frequency: float) -> np.ndarray:
-        """By what part natural frequencies below (rad/s) are too high, (modes, spans)."""
+        """By what part natural frequencies below are off, at speeds below, (modes, spans); both in rad/s."""
         shafts, spans = self.shafts, self.spans
         kept = [k for span in spans for k in span.kept]
         followers = [k for span in spans for k in span.followers]
         at = shafts.places(kept, followers)
         matrices, solved = shafts.matrices(at), len(at.solved)
-        follow = _follow(at, matrices)
-        if max(np.abs(T).max() for T in follow) > _ROUGH:
-            return np.full((1, len(spans)), np.inf)
+        follow = _follow(at, matrices, frequency)
+        of = np.repeat(np.arange(len(spans)), [len(span.followers) for span in spans])
+        largest = np.zeros(len(spans))
+        for T, plane in zip(follow, PLANES):
+            each = np.abs(T).max(axis=1).reshape(len(plane), -1).max(axis=0)
+            np.maximum.at(largest, of, each)
+        if np.any(rough := largest > _ROUGH):
+            return np.where(rough, np.inf, 0.0)[None]
         maps = _maps(shafts, at)
         own, n = _of_shafts(at, matrices, follow, maps), shafts.rest.K.shape[0]
         for X, others in zip(own, shafts.others):
@@ -180,18 +190,32 @@ class _Trial:
         below = values < frequency**2
         values, shapes = values[below], shapes[:, below]
         found = np.zeros((values.size, len(spans)))
-        for plane, (K, M), T, moved in zip(PLANES, matrices, follow, maps):
+        for plane, (K, M, gyroscopic), T, moved in zip(PLANES, matrices, follow, maps):
             width = len(plane)
-            u = with_own(np, T, width, solved) @ (moved @ shapes)
-            left = K @ u - M @ u * values
-            for _, _, own in at.runs:
-                i = np.concatenate([c * at.size + np.array(own) for c in range(width)])
-                lowered = np.sum(left[i] * np.linalg.solve(K[np.ix_(i, i)], left[i]), axis=0)
+            T = with_own(np, T, width, solved)
+            u = T @ (moved @ shapes)
+            left = [K @ u - M @ u * values]
+            if gyroscopic is not None:
+                left.append(frequency * np.sqrt(np.maximum(values, 0.0)) * (gyroscopic @ u))
+            for _, keeps, own in at.runs:
+                i, k = (
+                    np.concatenate([c * count + np.array(nodes, int) for c in range(width)])
+                    for nodes, count in ((own, at.size), (keeps, solved))
+                )
+                Z = T[np.ix_(i, k)]
+                lowered = sum(_lacking(K[np.ix_(i, i)], Z, r[i]) for r in left) ** 2
                 # the last of a run follows
                 last = followers[own[-1] - solved]
                 span = next(j for j, span in enumerate(spans) if last in span.followers)
                 found[:, span] += lowered / np.maximum(values, (_SLOW * frequency) ** 2)
         return found  # twice of λ, once of ω
+
+
+def _lacking(K: np.ndarray, Z: np.ndarray, loads: np.ndarray) -> np.ndarray:
+    """The size, as the root of energy, of what loads (n, m) move by and Z (n, k) has not."""
+    moved = np.linalg.solve(K, loads)
+    moved = moved - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ loads)
+    return np.sqrt(np.sum(moved * (K @ moved), axis=0))
 
 
 def _spread(along: np.ndarray, count: int) -> list[int]:
@@ -222,9 +246,9 @@ def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
     return found
 
 
-def _follow(at: Places, matrices) -> list[np.ndarray]:
+def _follow(at: Places, matrices, frequency: float) -> list[np.ndarray]:
     """In each plane."""
-    return [following(np, K, M, at, len(plane)) for (K, M), plane in zip(matrices, PLANES)]
+    return [following(np, *plane, at, frequency) for plane in matrices]
 
 
 def _of_shafts(at: Places, matrices, follow, maps) -> list[np.ndarray]:
