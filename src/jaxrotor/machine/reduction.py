@@ -31,6 +31,8 @@ from .system import assembled
 
 # Natural shapes with fixed ends are taken up to so many times the frequency at first.
 _FARTHER = 1.5
+# Backward whirl gets slower with the speed: what is faster than the frequency at rest need not stay so.
+_FALLING = 1.15
 # What is slower than this part of the frequency moves as in statics.
 _SLOW = 1e-3
 # Coordinates of kept stations that tell shapes apart badly would bring as much more rounding.
@@ -187,7 +189,7 @@ class _Trial:
         for X, others in zip(own, shafts.others):
             X[:n, :n] += others
         values, shapes = _vibrations(*own)
-        below = values < frequency**2
+        below = values < (_FALLING * frequency) ** 2
         values, shapes = values[below], shapes[:, below]
         found = np.zeros((values.size, len(spans)))
         for plane, (K, M, gyroscopic), T, moved in zip(PLANES, matrices, follow, maps):
