@@ -1,6 +1,7 @@
 """How compiling and running grow with a line: a rotor on a finite-element shaft of more and more stations,
-reduced (component mode synthesis) and full, and by ROSS's Newmark method. Each row is a process of its
-own without any compiled program kept. Prints a table; nothing is asserted (docs/benchmarks.md has one)."""
+reduced (component mode synthesis) and full, by ROSS's Newmark method and by SUNDIALS' IDA (banded). Each row
+is a process of its own without any compiled program kept. Prints a table; nothing is asserted
+(docs/benchmarks.md has one)."""
 
 import argparse
 import json
@@ -105,26 +106,106 @@ def ross_newmark(stations: int) -> dict:
     return {"stations": stations, "ten": time.perf_counter() - began, "states": 2 * rotor.ndof}
 
 
+def ida_banded(stations: int, rtol: float = 1e-6) -> dict:
+    """SUNDIALS' IDA with a banded Jacobian on the same matrices, `M q'' + (C + w G) q' + K q = F(t)`: CVODE's
+    right side would be full, by the inverse of M. Same run-up; `off`: how far the disc's path is from
+    jaxrotor's."""
+    import scipy.sparse
+    from sksundae.ida import IDA
+
+    machine = line(stations).full()
+    still, turning = (jr.linearize(machine, w) for w in (0.0, 200.0))
+    M, C, K = (scipy.sparse.csr_array(_cleaned(x)) for x in (still.M, still.C, still.K))
+    G = scipy.sparse.csr_array(_cleaned((turning.G - still.G) / 200.0))
+    n = M.shape[0]
+    turns = np.array([c == "phi" for _, c in still.coordinates], float)
+    wound = still.coordinates.index(("disc", "phi"))
+    inertia = M @ turns
+    drag = 2.0 * (inertia - 0.04 * (np.arange(n) == wound))  # of the shaft alone
+    at = [still.coordinates.index(("disc", c)) for c in "xy"]
+    # along the line, each coordinate beside its rate
+    along = {name: k for k, name in enumerate(_along(machine))}
+    order = np.array(sorted(range(n), key=lambda i: along[still.coordinates[i][0]]))
+    q, v = np.argsort(order) * 2, np.argsort(order) * 2 + 1
+    pairs = scipy.sparse.coo_array(abs(M) + abs(C) + abs(K) + abs(G))
+    band = int(np.max(np.abs(q[pairs.row] - q[pairs.col]))) + 1
+
+    def motion(t):
+        s = np.pi * min(t, 0.5) / 0.5
+        speed = 100.0 * (1 - np.cos(s))
+        angle = 100.0 * (min(t, 0.5) - 0.5 / np.pi * np.sin(s)) + 200.0 * max(t - 0.5, 0.0)
+        return angle, speed, 100.0 * np.pi / 0.5 * np.sin(s)
+
+    def residual(t, y, yp, res):
+        angle, speed, faster = motion(t)
+        rates = y[v]
+        left = M @ yp[v] + C @ rates + speed * (G @ rates) + K @ y[q]
+        left += inertia * faster + drag * speed
+        # the shaft winds up between drive and disc
+        angle, speed, faster = angle + y[q[wound]], speed + rates[wound], faster + yp[v[wound]]
+        force = 8.0 * 1e-4 * (speed**2 - 1j * faster) * np.exp(1j * angle)
+        left[at[0]] -= force.real
+        left[at[1]] -= force.imag
+        res[q], res[v] = yp[q] - rates, left
+
+    times = np.linspace(0.0, 10.0, int(10 * RATE) + 1)
+    y0, yp0 = np.zeros(2 * n), np.zeros(2 * n)
+    solver = IDA(
+        residual,
+        rtol=rtol,
+        atol=1e-12,
+        linsolver="band",
+        lband=band,
+        uband=band,
+        max_num_steps=10**7,
+    )
+    began = time.perf_counter()
+    solution = solver.solve(times, y0, yp0)
+    took = time.perf_counter() - began
+    run = jr.simulate(machine.reduced(0.5 * RATE), 10.0, RATE, progress=False)
+    theirs = solution.y[:, q[at]]
+    ours = np.stack([run["disc"].x, run["disc"].y], axis=1)
+    off = float(np.abs(theirs - ours).max() / np.abs(ours).max())
+    return {"stations": stations, "ten": took, "states": 2 * n, "off": off}
+
+
+def _cleaned(X) -> np.ndarray:
+    """Without the rounding of an inverse."""
+    X = np.asarray(X)
+    size = np.sqrt(np.abs(np.diagonal(X)))
+    size = np.where(size > 0, size, size.max())
+    return np.where(np.abs(X) > 1e-12 * size * size[:, None], X, 0.0)
+
+
+def _along(machine: jr.Machine) -> list[str]:
+    inner = [s for s in machine.wiring.stations if "." in s]
+    left, right = ([s for s in inner if s.startswith(f"shaft {k}.")] for k in (1, 2))
+    return ["left", *left, "disc", *right]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--stations", type=int, nargs="+", default=[10, 20, 50, 100, 200])
     parser.add_argument("--full", type=int, nargs="*", default=[10, 20, 50])
     parser.add_argument("--ross", type=int, nargs="*", default=[20, 100])
+    parser.add_argument("--ida", type=int, nargs="*", default=[20, 100])
     parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:
         kind, stations = given.one[0], int(given.one[1])
-        found = ross_newmark(stations) if kind == "ross" else once(stations, kind == "full")
+        peers = {"ross": ross_newmark, "ida": ida_banded}
+        found = peers[kind](stations) if kind in peers else once(stations, kind == "full")
         print(json.dumps(found))
         return
     print(f"JAX {jax.__version__}; 10 s, run up in 0.5 s; {RATE:g} samples a second; seconds")
     columns = (
         ("stations", 1, "d"), ("states", 1, "d"), ("reduce", 1, ".1f"), ("plan", 1, ".1f"),
         ("first", 1, ".1f"), ("ten", 1, ".2f"), ("step", 1e6, ".0f"),
-        ("first gradient", 1, ".1f"), ("gradient", 1, ".2f"), ("memory", 1, ".0f"),
+        ("first gradient", 1, ".1f"), ("gradient", 1, ".2f"), ("memory", 1, ".0f"), ("off", 1, ".0e"),
     )  # fmt: skip
     print("            " + "".join(f"{name:>16}" for name, _, _ in columns))
-    for kind, sizes in (("reduced", given.stations), ("full", given.full), ("ross", given.ross)):
+    kinds = ("reduced", given.stations), ("full", given.full), ("ross", given.ross)
+    for kind, sizes in (*kinds, ("ida", given.ida)):
         for stations in sizes:
             command = [sys.executable, __file__, "--one", kind, str(stations)]
             out = subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -23,8 +23,8 @@ class Span:
 
 @dataclass(frozen=True)
 class Condensation:
-    """Of a machine. `up_to`: Hz; `error`: by what part natural frequencies below are too high, estimated when
-    it was chosen; `tolerance`: what was asked."""
+    """Of a machine. `up_to`: Hz; `error`: by what part natural frequencies below are off, at speeds of as many
+    turns a second, estimated when it was chosen; `tolerance`: what was asked."""
 
     spans: tuple[Span, ...] = ()
     up_to: float = 0.0

@@ -199,15 +199,15 @@ class Machine(Part):
         """The same machine with fewer stations to solve for, by component mode synthesis (Hurty 1965; Craig &
         Bampton 1968): where nothing but two pieces of a `FiniteElementShaft` meets, a station follows others.
 
-        So many are kept that natural frequencies below `up_to` (Hz) are too high by no more than `tolerance`,
-        as estimated on the machine at rest: `machine.wiring.condensation.error`. Statics are exact. All
+        So many are kept that natural frequencies below `up_to` (Hz), at speeds of as many turns a second, are
+        off by no more than `tolerance`, as estimated: `machine.wiring.condensation.error`. Statics are exact. All
         stations keep their names and stand in every result; parameters keep their paths, may change (inside
         `jit` too) and be differentiated by; where much changes, reduce anew. Rotating damping turns with a
         whole shaft, not with each station. Raises `InputError` for wrong input, inside `jit`,
         and where a force of the undeformed machine has no finite slope.
 
         `simulate`, `plan` and `energy_audit` do so with machines beyond forty stations, for half the sample
-        rate; not inside `jit`, and not with what is `full`.
+        rate, and linear analysis for what it is asked for; not inside `jit`, and not with what is `full`.
         """
         choose = through("machine.reduction", "choose")
         return condensed_by(self, choose(self, up_to, tolerance) or FULL)
