@@ -61,7 +61,7 @@ def once(stations: int, full: bool) -> dict:
     if full:
         machine = machine.full()
     else:
-        machine = timed("reduce", lambda: machine.reduced(0.5 * RATE))
+        machine = timed("reduce", lambda: machine.reduced(0.5 * RATE, speed=200.0))
     plan = timed("plan", lambda: jr.plan(machine, 10.0, RATE))
     found["states"] = 2 * count_of_free(machine)
 
@@ -162,7 +162,7 @@ def ida_banded(stations: int, rtol: float = 1e-6) -> dict:
     began = time.perf_counter()
     solution = solver.solve(times, y0, yp0)
     took = time.perf_counter() - began
-    run = jr.simulate(machine.reduced(0.5 * RATE), 10.0, RATE, progress=False)
+    run = jr.simulate(machine.reduced(0.5 * RATE, speed=200.0), 10.0, RATE, progress=False)
     theirs = solution.y[:, q[at]]
     ours = np.stack([run["disc"].x, run["disc"].y], axis=1)
     off = float(np.abs(theirs - ours).max() / np.abs(ours).max())

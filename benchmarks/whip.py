@@ -45,7 +45,7 @@ def machine(kind: str) -> jr.Machine:
         gravity=(0.0, -9.81, 0.0),
         fixed={"left": ["z"]},
     )
-    return found.reduced(1000.0) if kind == "reduced" else found.full()
+    return found.reduced(1000.0, speed=LAST) if kind == "reduced" else found.full()
 
 
 def once(kind: str, seconds: float) -> dict:

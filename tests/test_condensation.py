@@ -243,14 +243,15 @@ def test_it_is_told_and_written(pair, tmp_path):
 
 
 def test_large_machines_are_reduced_unless_they_are_full(pair):
-    large = rotor(finer=2)
-    found = condensed_for(large, 1600.0, None)
+    large, run = rotor(finer=2), jr.Simulation(1.0, 1600.0)
+    found = condensed_for(large, run)
     assert found.wiring.condensation.up_to == UP_TO
+    assert 300.0 <= found.wiring.condensation.speed < 500.0  # what the drive reaches
     assert abs(count_of_free(found) - count_of_free(pair[1])) <= 12
-    assert condensed_for(large.full(), 1600.0, None).wiring.condensation.spans == ()
+    assert condensed_for(large.full(), run).wiring.condensation.spans == ()
     small = pair[0]
-    assert condensed_for(small, 1600.0, None) is small
-    assert condensed_for(found, 9000.0, None) is found
+    assert condensed_for(small, run) is small
+    assert condensed_for(found, jr.Simulation(1.0, 9000.0)) is found
 
 
 def test_what_cannot_be_is_refused(pair, tmp_path):

@@ -34,7 +34,7 @@ def condensed_below(
     highest = max(abs(float(frequency)), _LEAST) * _BEYOND / (2 * np.pi)
     # in steps: what is nearly alike shares its compiled programs
     steps = np.ceil(_STEPS * np.log2(highest)) / _STEPS
-    return condensed_up_to(machine, float(2.0**steps), _ERROR, keep)
+    return condensed_up_to(machine, float(2.0**steps), _ERROR, None, keep)
 
 
 def until_within(

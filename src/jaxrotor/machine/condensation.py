@@ -23,12 +23,13 @@ class Span:
 
 @dataclass(frozen=True)
 class Condensation:
-    """Of a machine. `up_to`: Hz; `error`: by what part natural frequencies below are off, at speeds of as many
-    turns a second, estimated when it was chosen; `tolerance`: what was asked."""
+    """Of a machine. `up_to`: Hz; `speed`: rad/s; `error`: by what part natural frequencies and speeds below
+    are off, estimated when it was chosen; `tolerance`: what was asked."""
 
     spans: tuple[Span, ...] = ()
     up_to: float = 0.0
     tolerance: float = 0.0
+    speed: float = 0.0
     error: float = field(default=0.0, compare=False)
 
     @property

@@ -194,23 +194,30 @@ class Machine(Part):
                 station[COORDINATES[held.coordinate]] = self.motions[held.motion]
         return moved
 
-    @takes(up_to=number("Hz", above=0.0), tolerance=number(above=0.0, below=1.0))
-    def reduced(self, up_to: float, tolerance: float = 1e-6) -> "Machine":
+    @takes(
+        up_to=number("Hz", above=0.0),
+        tolerance=number(above=0.0, below=1.0),
+        speed=number("rad/s", least=0.0),
+    )
+    def reduced(
+        self, up_to: float, tolerance: float = 1e-6, speed: float | None = None
+    ) -> "Machine":
         """The same machine with fewer stations to solve for, by component mode synthesis (Hurty 1965; Craig &
         Bampton 1968): where nothing but two pieces of a `FiniteElementShaft` meets, a station follows others.
 
-        So many are kept that natural frequencies below `up_to` (Hz), at speeds of as many turns a second, are
-        off by no more than `tolerance`, as estimated: `machine.wiring.condensation.error`. Statics are exact. All
-        stations keep their names and stand in every result; parameters keep their paths, may change (inside
-        `jit` too) and be differentiated by; where much changes, reduce anew. Rotating damping turns with a
-        whole shaft, not with each station. Raises `InputError` for wrong input, inside `jit`,
-        and where a force of the undeformed machine has no finite slope.
+        So many are kept that natural frequencies below `up_to` (Hz), at speeds up to `speed` (rad/s, of the
+        fastest shaft; by default `2 pi up_to`), are off by no more than `tolerance`, as estimated:
+        `machine.wiring.condensation.error`. Statics are exact. All stations keep their names and stand in
+        every result; parameters keep their paths, may change (inside `jit` too) and be differentiated by;
+        where much changes, reduce anew. Rotating damping turns with a whole shaft, not with each station.
+        Raises `InputError` for wrong input, inside `jit`, and where a force of the undeformed machine has no
+        finite slope.
 
         `simulate`, `plan` and `energy_audit` do so with machines beyond forty stations, for half the sample
         rate, and linear analysis for what it is asked for; not inside `jit`, and not with what is `full`.
         """
         choose = through("machine.reduction", "choose")
-        return condensed_by(self, choose(self, up_to, tolerance) or FULL)
+        return condensed_by(self, choose(self, up_to, tolerance, speed) or FULL)
 
     def full(self) -> "Machine":
         """With all stations solved for, however many."""

@@ -40,11 +40,15 @@ _ROUGH = 1e3
 
 
 def choose(
-    machine: Built, up_to: float, tolerance: float, keep: Iterable[int] = ()
+    machine: Built,
+    up_to: float,
+    tolerance: float,
+    speed: float | None = None,
+    keep: Iterable[int] = (),
 ) -> Condensation | None:
     """So few stations, beside those to `keep` (by number), that natural frequencies below `up_to` (Hz) are
-    met to the tolerance; `None` where there is nothing to leave out. Raises `InputError` under a trace, and
-    where a force has no slope at rest."""
+    met to the tolerance, at speeds up to `speed` (rad/s, by default `2 pi up_to`); `None` where there is
+    nothing to leave out. Raises `InputError` under a trace, and where a force has no slope at rest."""
     if not all(is_concrete(x) for x in jax.tree.leaves(machine)):
         raise InputError(
             "which stations follow others cannot be chosen inside jit or vmap: call "
@@ -53,16 +57,17 @@ def choose(
     paths = [path for path in paths_of(structure_of(machine), keep) if len(path) > 1]
     if not paths:
         return None
+    fastest = 2 * np.pi * up_to if speed is None else abs(speed)
     shafts = _Shafts(machine, paths)
     counts = shafts.shapes_below(2 * np.pi * _FARTHER * up_to)
     while True:
         trial = _Trial(shafts, counts)
         if not trial.spans:
             return None
-        errors = trial.errors(2 * np.pi * up_to)
+        errors = trial.errors(2 * np.pi * up_to, fastest)
         error = float(errors.sum(axis=1).max(initial=0.0))
         if error <= tolerance:
-            return Condensation(trial.spans, up_to, tolerance, error)
+            return Condensation(trial.spans, up_to, tolerance, fastest, error)
         # where most is lost, and nearly so
         worst = errors.max(axis=0)
         for span in np.flatnonzero(worst >= 0.3 * worst.max()):
@@ -169,7 +174,7 @@ class _Trial:
             self.of.append(i)
         self.spans = tuple(spans)
 
-    def errors(self, frequency: float) -> np.ndarray:
+    def errors(self, frequency: float, speed: float) -> np.ndarray:
         """By what part natural frequencies below are off, at speeds below, (modes, spans); both in rad/s."""
         shafts, spans = self.shafts, self.spans
         kept = [k for span in spans for k in span.kept]
@@ -198,7 +203,7 @@ class _Trial:
             u = T @ (moved @ shapes)
             left = [K @ u - M @ u * values]
             if gyroscopic is not None:
-                left.append(frequency * np.sqrt(np.maximum(values, 0.0)) * (gyroscopic @ u))
+                left.append(speed * np.sqrt(np.maximum(values, 0.0)) * (gyroscopic @ u))
             for _, keeps, own in at.runs:
                 i, k = (
                     np.concatenate([c * count + np.array(nodes, int) for c in range(width)])
@@ -250,7 +255,7 @@ def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
 
 def _follow(at: Places, matrices, frequency: float) -> list[np.ndarray]:
     """In each plane."""
-    return [following(np, *plane, at, frequency) for plane in matrices]
+    return [following(np, K, M, G, at, frequency) for K, M, G in matrices]
 
 
 def _of_shafts(at: Places, matrices, follow, maps) -> list[np.ndarray]:

@@ -110,7 +110,8 @@ def _heading(machine: Built) -> list[str]:
     if condensed and condensed.followers:
         heading.append(
             f"reduced: {len(condensed.followers)} stations follow others; natural frequencies below "
-            f"{condensed.up_to:g} Hz are off by {condensed.error:.1g} at most"
+            f"{condensed.up_to:g} Hz at up to {condensed.speed * 30 / np.pi:.4g} rpm are off by "
+            f"{condensed.error:.1g} at most"
         )
     return heading
 

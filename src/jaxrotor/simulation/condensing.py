@@ -1,14 +1,24 @@
 """Which stations of a large machine a run solves for, where its user has not said."""
 
+from typing import Any
+
 import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
 
 from ..core.errors import InputError
 from ..core.parameter import is_concrete
+from ..core.protocol import AbstractPrescribed, Geared
+from ..core.quick import quickly_compiled
 from ..machine.condensation import FULL, Condensation, condensed_by
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.reduction import choose
+from ..machine.wiring import FIXED
+from .prescribed import looks
 from .remembered import Remembered
+from .simulation import Simulation
 
 # Free coordinates from which on inner stations of shafts follow others: forty stations.
 _LARGE = 240
@@ -17,10 +27,39 @@ _ERROR, _SHARE = 1e-6, 0.1
 _chosen: Remembered[Condensation] = Remembered(16)
 
 
-def condensed_for(machine: Machine, sample_rate: float, tolerance: float | None) -> Machine:
-    """`condensed_up_to` for all that samples can show, frequencies up to half the sample rate (Hz)."""
+def condensed_for(
+    machine: Machine, simulation: Simulation, tolerance: float | None = None
+) -> Machine:
+    """`condensed_up_to` for all that samples can show, frequencies up to half the sample rate, at the speeds
+    that the drive reaches."""
+    if not may_condense(machine):
+        return machine
+    tolerance = simulation.tolerance if tolerance is None else tolerance
     error = _ERROR if tolerance is None else min(_ERROR, _SHARE * tolerance)
-    return condensed_up_to(machine, 0.5 * sample_rate, error)
+    speed = _fastest(machine, simulation)
+    return condensed_up_to(machine, 0.5 * simulation.sample_rate, error, speed)
+
+
+def _fastest(machine: Machine, simulation: Simulation) -> float | None:
+    """Of a given spin, rad/s; `None` where it is not known, or where gears make others of it."""
+    ends = [s for s in machine.stations if isinstance(s, AbstractPrescribed)]
+    held = [h for h in machine.wiring.held if h.coordinate == 5 and h.motion != FIXED]
+    turned = [machine.motions[h.motion] for h in held]
+    if not (ends or turned) or any(isinstance(c, Geared) for c in machine.connectors):
+        return None
+    speeds = np.abs(_speeds((ends, turned), jax.device_put(looks(simulation.t_end))))
+    own = simulation.speed
+    highest = max(speeds.max(), 0.0 if own is None or not is_concrete(own) else abs(float(own)))
+    # in steps: what is nearly alike shares its compiled programs
+    return float(2.0 ** (np.ceil(2 * np.log2(max(highest, 1.0))) / 2))
+
+
+@quickly_compiled
+def _speeds(given: Any, times: Array) -> Array:
+    ends, turned = given
+    angles = [lambda t, e=e: e.motion(t)[5] for e in ends] + [m.position for m in turned]
+    one = jnp.ones(())
+    return jnp.stack([jax.vmap(lambda t, f=f: jax.jvp(f, (t,), (one,))[1])(times) for f in angles])
 
 
 def may_condense(machine: Machine) -> bool:
@@ -33,13 +72,17 @@ def may_condense(machine: Machine) -> bool:
 
 
 def condensed_up_to(
-    machine: Machine, frequency: float, error: float, keep: tuple[int, ...] = ()
+    machine: Machine,
+    frequency: float,
+    error: float,
+    speed: float | None = None,
+    keep: tuple[int, ...] = (),
 ) -> Machine:
-    """A machine that `may_condense` reduced for frequencies up to this one (Hz), with stations to `keep` by
-    number; others as they are."""
+    """A machine that `may_condense` reduced for frequencies up to this one (Hz) and speeds up to `speed`
+    (rad/s), with stations to `keep` by number; others as they are."""
     if not may_condense(machine):
         return machine
-    asked = frequency, error, keep
+    asked = frequency, error, speed, keep
     found = _chosen.get(machine, asked)
     if found is None:
         try:

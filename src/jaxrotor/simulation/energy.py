@@ -103,7 +103,7 @@ def energy_audit(
                 f"`{name}`: {type(element).__name__} keeps no account of its energy: let the class "
                 "inherit jaxrotor.protocols.Energetic and define energy and power_lost"
             )
-    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance or _TOLERANCE)
+    machine = condensed_for(machine, simulation, simulation.tolerance or _TOLERANCE)
     plan = None
     if is_planned(solver_for(machine, simulation.solver)):
         if simulation.step is None and simulation.tolerance is None:

@@ -75,7 +75,7 @@ def plan(
         t_end, dict(sample_rate=sample_rate, speed=speed, tolerance=tolerance)
     )
     asked = Asked.of(simulation, simulation.speed)
-    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance)
+    machine = condensed_for(machine, simulation)
     return find_plan(machine, asked if order is None else asked._replace(order=order))
 
 

@@ -99,7 +99,7 @@ def simulate(
         ),
     )
     speed = simulation.check(machine)
-    machine = condensed_for(machine, simulation.sample_rate, simulation.tolerance)
+    machine = condensed_for(machine, simulation)
     by_plan = is_planned(solver_for(machine, simulation.solver))
     with muted(progress is False):
         run = _planned if by_plan else _adaptive

@@ -208,9 +208,9 @@ class MachineReader:
                 'with up_to = "500 Hz", or reduce = false',
             )
             return None
-        self.faults.unknown_keys("reduce", given, ("up_to", "tolerance"))
+        self.faults.unknown_keys("reduce", given, ("up_to", "tolerance", "speed"))
         found = {}
-        for key, unit in (("up_to", "Hz"), ("tolerance", "")):
+        for key, unit in (("up_to", "Hz"), ("tolerance", ""), ("speed", "rad/s")):
             if key in given:
                 try:
                     found[key] = read(given[key], unit)

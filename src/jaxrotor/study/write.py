@@ -66,7 +66,8 @@ class _Writer:
             table["reduce"] = False
             if condensed.spans:
                 up_to = quantity_text(condensed.up_to, "Hz")
-                table["reduce"] = {"up_to": up_to, "tolerance": condensed.tolerance}
+                speed = quantity_text(condensed.speed, "rad/s")
+                table["reduce"] = {"up_to": up_to, "tolerance": condensed.tolerance, "speed": speed}
         elements = {name: self._element(name, part) for name, part in machine.elements().items()}
         places = {n: list(p) if len(p) > 1 else p[0] for n, p in machine.connections().items()}  # pyright: ignore[reportGeneralTypeIssues]
         line = _line(machine)
