@@ -76,6 +76,11 @@ def bent(measured):
     return jr.identify(slider(), [start], SENSOR, trial(measured))
 
 
+@pytest.fixture(scope="module")
+def drawn(linear):
+    return jr.identification.posterior(linear, 250, warmup=60, seed=1)
+
+
 def misfit(measured, stiffness):
     """Sum of squares in standard deviations."""
     return float(np.sum((signal(slider(stiffness)) + 0.3 - measured) ** 2) / NOISE**2)
@@ -116,10 +121,9 @@ def test_profile_of_one_parameter_is_its_misfit(bent, measured):
     assert curve.interval(20.0) == (-np.inf, np.inf)
 
 
-def test_posterior_of_a_linear_model(linear, exact):
+def test_posterior_of_a_linear_model(linear, exact, drawn):
     """Normal, about the estimate; the scatter of the draws is within four of its standard deviations."""
     values, covariance = exact
-    drawn = jr.identification.posterior(linear, 250, warmup=60, seed=1)
     assert drawn.divergent == 0
     for i, path in enumerate(linear.paths):
         std, count = np.sqrt(covariance[i, i]), drawn.effective[path]
@@ -223,10 +227,9 @@ def test_refused(linear, bent, measured):
         jr.identification.posterior(blind)
 
 
-def test_figures(linear):
+def test_figures(linear, drawn):
     picture = linear.plot.profiles(jr.identification.likelihood_profiles(linear))
     assert [ax.get_xlabel() for ax in picture] == ["gravity[2], m/s^2", "a.bias, m/s^2"]
-    drawn = jr.identification.posterior(linear, 50, warmup=20)
     with pytest.raises(jr.InputError, match="level must be between 0 and 1"):
         drawn.intervals(95)
     picture = linear.plot.posteriors(drawn)
