@@ -11,6 +11,8 @@ import jaxrotor as jr
 
 # one step a sample: several would be written out one behind the other, and compiled so
 STEP = 1e-3
+# Run hundreds of times: here the quickest compiling (conftest.py) costs more than it saves.
+OFTEN = {"xla_backend_optimization_level": 2, "xla_llvm_disable_expensive_passes": True}
 
 
 def scalar(machine, adjoint=None):
@@ -52,6 +54,12 @@ def case(two_rotor):
 
 
 @pytest.fixture(scope="module")
+def value(case):
+    """The function, compiled to be run often."""
+    return jax.jit(case[2], compiler_options=OFTEN)
+
+
+@pytest.fixture(scope="module")
 def reverse(case):
     _, flat, function = case
     return np.asarray(jax.jit(jax.grad(function))(flat))
@@ -74,12 +82,12 @@ def test_forward_mode_alone_is_said(case):
         jax.eval_shape(jax.grad(lambda x: function(x, diffrax.ForwardMode())), flat)
 
 
-def test_central_differences(case, reverse):
+def test_central_differences(case, value, reverse):
     """To 1e-6 of the gradient, or to what rounding leaves of the difference where a parameter hardly
     matters (the bound below: rounding of the scalar over the step)."""
-    names, flat, function = case
+    names, flat, _ = case
     values = np.asarray(flat)
-    level = abs(float(function(flat)))
+    level = abs(float(value(flat)))
     worst, tested = [], 0
     for i, name in enumerate(names):
         size = abs(values[i])
@@ -92,7 +100,9 @@ def test_central_differences(case, reverse):
         h = np.clip(1e-3 * level / (abs(reverse[i]) + 1e-300), 1e-4 * size, 2e-2 * size)
 
         def at(s, i=i, h=h):
-            return float(function(flat.at[i].add(s * h)))
+            moved = values.copy()
+            moved[i] += s * h
+            return float(value(moved))
 
         # sixth-order differences: truncation is not what is compared
         central = (45 * (at(1) - at(-1)) - 9 * (at(2) - at(-2)) + (at(3) - at(-3))) / (60 * h)
@@ -105,11 +115,11 @@ def test_central_differences(case, reverse):
     assert tested > 50  # most of them are held to 1e-6 itself
 
 
-def test_vmap_over_any_parameter(case):
+def test_vmap_over_any_parameter(case, value):
     """A batch over all parameters at once is the single runs."""
     _, flat, function = case
     members = flat * (1 + 1e-3 * jnp.arange(3.0)[:, None])
     batch = np.asarray(jax.jit(jax.vmap(function))(members))
-    single = [float(function(m)) for m in members]
+    single = [float(value(m)) for m in members]
     np.testing.assert_allclose(batch, single, rtol=1e-9)
     assert len(set(single)) == 3
