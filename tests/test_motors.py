@@ -383,8 +383,8 @@ def test_derivative_of_a_run_up_by_the_motors_numbers():
         (8 * (exact(x + d) - exact(x - d)) - exact(x + 2 * d) + exact(x - 2 * d)) / (12 * d[i])
         for i, d in enumerate(np.diag(1e-3 * x))
     ]
-    forward = jax.jacfwd(lambda x: final(x, diffrax.ForwardMode()))(jnp.asarray(x))
-    reverse = jax.grad(lambda x: final(x, None))(jnp.asarray(x))
+    forward = jax.jit(jax.jacfwd(lambda x: final(x, diffrax.ForwardMode())))(x)
+    reverse = jax.jit(jax.grad(lambda x: final(x, None)))(x)
     np.testing.assert_allclose(forward, expected, rtol=1e-8)
     np.testing.assert_allclose(reverse, forward, rtol=1e-11)
 
