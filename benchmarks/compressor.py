@@ -90,7 +90,7 @@ def main() -> None:
         command = [sys.executable, __file__, "--one", kind, "--kept", given.kept]
         command += ["--seconds", str(given.seconds), "--slowly", str(given.slowly)]
         out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        found = json.loads(out.splitlines()[-1])
+        found = json.loads(next(x for x in out.splitlines() if x.startswith("{")))
         print(", ".join(f"{k} {v:.4g}" if k != "kind" else v for k, v in found.items()), flush=True)
 
 

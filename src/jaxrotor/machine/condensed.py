@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, spin_speed
 from ..core.turning import turning_forces
-from .following import PLANES, Places, circling, following, in_plane, places, turning, with_own
+from .following import PLANES, Places, circling, followings, in_plane, places, turning, with_own
 from .layout import Layout
 from .picked import picked
 
@@ -121,7 +121,7 @@ def condense(layout: Layout, joined, gravity: Float[Array, "3"]) -> CondensedMat
     )
     across = turning(jnp, own.G, own.M, at)
     frequency = 2 * np.pi * layout.up_to
-    follow = tuple(following(jnp, *plane, at, frequency) for plane in zip(K, M, circling(across)))
+    follow = followings(jnp, K, M, circling(across), at, frequency)
     sag = _sag(K, M, at, gravity)
     whole = [with_own(jnp, T, len(plane), k) for T, plane in zip(follow, PLANES)]
 

@@ -150,7 +150,7 @@ def following(xp: Any, K: Any, M: Any, gyroscopic: Any, at: Places, frequency: f
 
         loads = [pushed(X, mine) for X in (M, gyroscopic) if X is not None]
         stiff, mass = (still(X)[np.ix_(mine, mine)] for X in (K, M))
-        shapes = ritz_shapes(xp, stiff, mass, loads, pushed(K, edge), _rows(ours, mine), frequency)
+        shapes = ritz_shapes(xp, stiff, mass, loads, pushed(K, edge), ours.size, frequency)
         theirs = np.setdiff1d(mine, ours)
         by = xp.linalg.solve(shapes[_rows(ours, mine)].T, shapes[_rows(theirs, mine)].T).T
         into = np.ix_(_rows(theirs, f), _rows(ours, of_kept))
@@ -166,6 +166,18 @@ def _rows(some: np.ndarray, among: np.ndarray) -> np.ndarray:
     """Where each of some numbers stands."""
     place = {int(p): j for j, p in enumerate(among)}
     return np.array([place[int(p)] for p in some], int)
+
+
+def followings(
+    xp: Any, K: Any, M: Any, gyroscopic: Any, at: Places, frequency: float
+) -> tuple[Any, ...]:
+    """`following` in each of the PLANES; shafts are round, so that the second is the first one's mirror
+    image."""
+    given = list(zip(K, M, gyroscopic))
+    first, *others = (following(xp, *given[plane], at, frequency) for plane in (0, 2, 3))
+    sign = np.array([1.0, -1.0])  # of what is across and of what tilts
+    rows, columns = (np.repeat(sign, x // 2) for x in first.shape)
+    return first, rows[:, None] * first * columns, *others
 
 
 def with_own(xp: Any, T: Any, width: int, solved: int) -> Any:

@@ -24,7 +24,7 @@ from .built import Built
 from .condensation import Condensation, Span, condensed_by, paths_of
 from .condensed import pieces
 from .field import initial_states, n_free, node_motions, on_nodes, relative_field
-from .following import PLANES, Places, circling, following, in_plane, places, turning, with_own
+from .following import PLANES, Places, circling, followings, in_plane, places, turning, with_own
 from .layout import joined, lay_out
 from .lineup import line_up, structure_of
 from .system import assembled
@@ -255,7 +255,8 @@ def _maps(shafts: _Shafts, at: Places) -> list[np.ndarray]:
 
 def _follow(at: Places, matrices, frequency: float) -> list[np.ndarray]:
     """In each plane."""
-    return [following(np, K, M, G, at, frequency) for K, M, G in matrices]
+    K, M, G = zip(*matrices)
+    return list(followings(np, K, M, G, at, frequency))
 
 
 def _of_shafts(at: Places, matrices, follow, maps) -> list[np.ndarray]:

@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-# Of the subspace iteration: a shape at half the first frequency that is left out is found to 1e-6.
-_ITERATIONS = 10
 # How much more than in statics a natural shape may count, where its frequency is met.
 _RESONANT = 1e3
 # Of what counts most: natural shapes come, by rising frequency, where nothing else does.
@@ -23,25 +21,21 @@ _LEAST = 1e-9
 
 
 def ritz_shapes(
-    xp: Any, K: Any, M: Any, loads: list[Any], ends: Any, starts: np.ndarray, frequency: float
+    xp: Any, K: Any, M: Any, loads: list[Any], ends: Any, count: int, frequency: float
 ) -> Any:
-    """As many shapes as there are `starts`, (n, m), orthogonal with respect to K.
+    """So many shapes, (n, count), orthogonal with respect to K.
 
-    - `K`, `M`: (n, n), of the run with its ends held. `starts`: coordinates from which natural shapes are
-      looked for. `frequency`: the highest that counts, rad/s.
+    - `K`, `M`: (n, n), of the run with its ends held. `frequency`: the highest that counts, rad/s.
     - `loads`: of inertia and of gyroscopic moments, (n, 2 w), for each unit motion of the ends: across of one
       and the other, then tilting, where w is 2. `ends`: (2 w, 2 w), the force on the ends that move so.
     """
-    n, count = K.shape[0], starts.size
+    n = K.shape[0]
     # scaled first: metres and radians differ by orders
     size = 1.0 / xp.sqrt(xp.diagonal(K))
     back = xp.linalg.solve(xp.linalg.cholesky(K * size[:, None] * size), xp.eye(n)) * size
     own = back @ M @ back.T
-    shapes = back @ np.eye(n)[:, starts]
-    for _ in range(_ITERATIONS):
-        shapes = xp.linalg.qr(own @ shapes)[0]
-    values, mix = xp.linalg.eigh(shapes.T @ own @ shapes)
-    values, natural = values[::-1], (shapes @ mix)[:, ::-1]
+    values, natural = xp.linalg.eigh(own)  # 1/ω_j²
+    values, natural = values[: -count - 1 : -1], natural[:, : -count - 1 : -1]
     met = frequency**2 * values
     beyond = met / xp.maximum(xp.abs(1.0 - met), 1.0 / _RESONANT)
 

@@ -22,7 +22,7 @@ from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import System
 from .checks import sample_count, turns_freely
 from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
@@ -226,10 +226,10 @@ def _run(
 
         def call():
             known = known_of(machine, own) if alone else None
-            y0, checks, prepared = _begin(machine, own, known)
+            system, y0, checks, prepared = _begin(machine, own, known)
             if isinstance(prepared, Steps):
                 prepared = with_ladder(machine, own, known, prepared)  # pyright: ignore
-            found = *_march(machine, own, y0, prepared, told, concrete), checks
+            found = *_march(system, own, y0, prepared, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
         try:
@@ -253,22 +253,22 @@ def _run(
 @quickly_compiled
 def _begin(
     machine: Machine, setup: RunSetup, known: Known | None
-) -> tuple[Array, Array, Prepared | Steps]:
-    """The state at t = 0, and checks of it; and what the march needs, or its steps alone where other programs
-    know the weights."""
+) -> tuple[System, Array, Array, Prepared | Steps]:
+    """The machine assembled; the state at t = 0, and checks of it; and what the march needs, or its steps
+    alone where other programs know the weights."""
     system, balanced = assembled(machine, setup, known)
     y0, checks = start(system, balanced, setup.initial, setup.speed)
     if known is not None and setup.grid is None:
-        return y0, checks, steps_of(system, setup)[1]
-    return y0, checks, prepare(system, balanced, setup, known)
+        return system, y0, checks, steps_of(system, setup)[1]
+    return system, y0, checks, prepare(system, balanced, setup, known)
 
 
 @lightly_compiled
 def _march(
-    machine: Machine, setup: RunSetup, y0: Array, prepared: Prepared, told: bool, judged: bool
+    system: System, setup: RunSetup, y0: Array, prepared: Prepared, told: bool, judged: bool
 ) -> Marched:
     """`judged`: with the run's own error."""
-    return march_through(assemble(machine), prepared, setup, y0, told=told, judged=judged)
+    return march_through(system, prepared, setup, y0, told=told, judged=judged)
 
 
 def _is_known(machine: Machine, simulation: Simulation, speed: Any) -> bool:
