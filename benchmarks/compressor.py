@@ -56,7 +56,7 @@ def once(kind: str, seconds: float, kept: str) -> dict:
         steady = jr.unbalance_response(
             machine, [f"{p}.{c}" for p in PLACES for c in "xy"], speed[some]
         )
-        angle = np.asarray(run["node 0"].angle)[some]
+        angle = np.asarray(run["node 0"].phi)[some]
         whirl = np.real(np.asarray(steady.values) * np.exp(1j * angle)[:, None]).T
         for i, place in enumerate(PLACES):
             sagged = paths[place][:, some]
