@@ -19,7 +19,7 @@ def runs(machine, t_end, rate, steps, initial="static"):
         yield jr.simulate(machine, t_end, rate, initial, step=1 / rate / n)
 
 
-def tells(run, found, exact, below, above=None):
+def assert_told(run, found, exact, below, above=None):
     """The estimate is the true error, as part of the peak, within the factors `below` and `above`."""
     true = np.max(np.max(np.abs(found - exact), axis=0) / np.max(np.abs(exact), axis=0))
     assert true / below < run.stats["error"] < (above or below) * true
@@ -40,7 +40,7 @@ def test_a_free_disc_nutates_on_the_cone():
         exact = np.stack(
             [-np.arcsin(axis[:, 1] / np.hypot(axis[:, 1], axis[:, 2])), np.arcsin(axis[:, 0])], 1
         )
-        tells(run, np.asarray(run["disc"].position[:, 3:5]), exact, 1.5)
+        assert_told(run, np.asarray(run["disc"].position[:, 3:5]), exact, 1.5)
 
 
 def vibration(t, w, damping, force, frequency):
@@ -74,7 +74,9 @@ def test_loads_faster_than_the_spin_are_followed():
         exact = [vibration(t, *lateral, q[axis]) for axis in "xy"]
         exact.append(vibration(t, np.sqrt(900 / 0.04), 0.05 / 0.08, 10 / 0.04, q["phi"]))
         # on the safe side: of what swings five times between samples the sense is not told
-        tells(run, np.asarray(run["disc"].position)[:, [0, 1, 5]], np.stack(exact, axis=1), 3, 300)
+        assert_told(
+            run, np.asarray(run["disc"].position)[:, [0, 1, 5]], np.stack(exact, axis=1), 3, 300
+        )
 
 
 def test_an_unbalanced_rotor_through_its_criticals():
@@ -102,7 +104,7 @@ def test_an_unbalanced_rotor_through_its_criticals():
     after = solve_ivp(rates, (T, t[-1]), first.y[:, -1], "DOP853", t[t > T], rtol=1e-12, atol=1e-16)
     exact = np.concatenate([first.y, after.y], axis=1)[:2].T
     for run in runs(machine, 0.8, 1000.0, [1]):
-        tells(run, np.asarray(run["disc"].position[:, :2]), exact, 10)
+        assert_told(run, np.asarray(run["disc"].position[:, :2]), exact, 10)
 
 
 def test_a_step_too_long_says_so():

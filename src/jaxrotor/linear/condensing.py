@@ -7,7 +7,7 @@ import numpy as np
 
 from ..machine.condensation import FULL
 from ..machine.machine import Machine
-from ..simulation.condensing import condensed_up_to, may_condense
+from ..simulation.condensing import condensed_up_to, in_steps, may_condense
 from ..simulation.state import State
 
 # By what part natural frequencies below the bound may be too high.
@@ -17,8 +17,6 @@ _ERROR = 1e-8
 _BEYOND = 2.0
 # Where frequencies are not known beforehand, rad/s.
 _LEAST = 100.0
-# In a factor of two.
-_STEPS = 2
 
 T = TypeVar("T")
 
@@ -27,14 +25,11 @@ def condensed_below(
     machine: Machine, frequency: float, at: Any, keep: tuple[int, ...] = ()
 ) -> Machine:
     """For motions of frequencies up to this one, rad/s, of either sign, with stations to `keep` by number;
-    where `at` is a State, of which
-    machine it is has been settled."""
+    where `at` is a State, of which machine it is has been settled."""
     if isinstance(at, State):
         return machine
     highest = max(abs(float(frequency)), _LEAST) * _BEYOND / (2 * np.pi)
-    # in steps: what is nearly alike shares its compiled programs
-    steps = np.ceil(_STEPS * np.log2(highest)) / _STEPS
-    return condensed_up_to(machine, float(2.0**steps), _ERROR, None, keep)
+    return condensed_up_to(machine, in_steps(highest), _ERROR, None, keep)
 
 
 def until_within(

@@ -50,8 +50,13 @@ def _fastest(machine: Machine, simulation: Simulation) -> float | None:
     speeds = np.abs(_speeds((ends, turned), jax.device_put(looks(simulation.t_end))))
     own = simulation.speed
     highest = max(speeds.max(), 0.0 if own is None or not is_concrete(own) else abs(float(own)))
-    # in steps: what is nearly alike shares its compiled programs
-    return float(2.0 ** (np.ceil(2 * np.log2(max(highest, 1.0))) / 2))
+    return in_steps(max(highest, 1.0))
+
+
+def in_steps(bound: float) -> float:
+    """The next power of the root of two: machines condensed for nearly the same share their compiled
+    programs."""
+    return float(2.0 ** (np.ceil(2 * np.log2(bound)) / 2))
 
 
 @quickly_compiled
