@@ -120,6 +120,7 @@ from .linear.threshold import stability_threshold as stability_threshold
 from .identification.identify import identify as identify, Stage as Stage
 from .search.unknown import Unknown as Unknown
 from .identification.measured_run import MeasuredRun as MeasuredRun
+from .identification.measured_response import MeasuredResponse as MeasuredResponse
 from .sensors.channel import Channel as Channel
 from .sensors.record import Record as Record
 from .sensors.read import read_record as read_record

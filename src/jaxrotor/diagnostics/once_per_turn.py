@@ -12,12 +12,9 @@ from ..core.arguments import whole
 from ..core.parameter import parameter
 from ..core.part import option
 from ..objectives.measure import AbstractSignalMeasure, see, window_faults, within
-from ..sensors.filters import between
+from ..sensors.filters import between, places
 from ..sensors.sensor import Encoder
 from .shaft_angle import TURN
-
-# Corrections of a mark's place between samples; at a steady speed the first is exact.
-_CORRECTIONS = 5
 
 
 class PoincareSamples(AbstractSignalMeasure):
@@ -55,19 +52,6 @@ class PoincareSamples(AbstractSignalMeasure):
         # a mark on the very last sample, within rounding, counts
         latest = jnp.floor((turned[last] - shift) / TURN + 1e-9)
         marks = TURN * (latest - jnp.arange(self.keep)[::-1]) + shift
-        place = _places(turned, jax.lax.stop_gradient(marks), last)
+        place = places(turned, jax.lax.stop_gradient(marks), last)
         found = between(values, jnp.zeros(()), jnp.ones(()), place)
         return jnp.where(marks >= turned[first] - 1e-9, found, jnp.nan)
-
-
-def _places(turned: Array, marks: Array, last: Array) -> Array:
-    """Where `turned`, which rises, has the values `marks`: in samples."""
-    after = jnp.clip(jnp.searchsorted(turned, marks), 1, last)
-    low, high = turned[after - 1], turned[after]
-    step = jax.lax.stop_gradient(jnp.where(high > low, high - low, 1.0))
-    place = after - 1 + (marks - low) / step
-    for _ in range(_CORRECTIONS):
-        place = jnp.clip(jax.lax.stop_gradient(place), after - 1, after)
-        here = between(turned, jnp.zeros(()), jnp.ones(()), place)
-        place = place + (marks - here) / step
-    return place

@@ -16,6 +16,7 @@ from .domain import (
 )
 from .identification import Identification as Identification
 from .identify import Stage as Stage, identify as identify
+from .measured_response import MeasuredResponse as MeasuredResponse
 from .measured_run import MeasuredRun as MeasuredRun
 from .posterior import Posterior as Posterior, posterior as posterior
 from .profile import (

@@ -55,7 +55,8 @@ class Time(AbstractDomain):
     compare by order first."""
 
     def compare(self, series: Series, angles: Angles, place: str) -> Compared:
-        return Compared(None, jnp.ones(len(series)), jnp.asarray(series.t))
+        rows = 2 if np.iscomplexobj(series.values) else 1  # real parts, then imaginary ones
+        return Compared(None, jnp.ones(rows * len(series)), jnp.asarray(np.tile(series.t, rows)))
 
 
 def _orders(value: Any, place: str) -> tuple[float, ...]:

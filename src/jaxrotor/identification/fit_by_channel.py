@@ -1,23 +1,25 @@
 """Measured beside simulated, channel by channel."""
 
 import dataclasses
-from typing import Any
+from typing import Any, Literal
 
 import jax.numpy as jnp
 import numpy as np
 
 from ..core.result_text import shows
+from .measured_response import SteadyRun
 from .problem import Problem
-from .simulated import records
+from .simulated import as_vectors, records
 from .uncertainty import too_large, whiteness
 
 
 @shows(t="s", measured="@unit", simulated="@unit", std="@unit")
 @dataclasses.dataclass(frozen=True)
 class ChannelFit:
-    """One channel of one run: `measured` and `simulated` at `t` (s), in `unit`. `std`: of its noise. `white`:
-    probability that noise is as correlated as its residual; `sized`: that it is as large, where the noise
-    was given."""
+    """One channel of one run: `measured` and `simulated` at `t` (s, or speeds in rad/s where `over` says
+    so), in `unit`, complex where vectors were recorded. `std`: of its noise, of a vector's real and imaginary
+    part. `white`: probability that noise is as correlated as its residual; `sized`: that it is as large,
+    where the noise was given."""
 
     run: str
     channel: str
@@ -28,6 +30,7 @@ class ChannelFit:
     std: float
     white: float | None
     sized: float | None
+    over: Literal["time", "speed"] = "time"
 
     @property
     def residual(self) -> np.ndarray:
@@ -46,25 +49,29 @@ def meet(problem: Problem, u: Any, scale: float, known: bool = False) -> tuple[C
     """`scale`: of the standard deviations of signals whose noise was not given (`known`: all were)."""
     simulated = problem.simulated
     found = []
-    times = [t for run in simulated.runs for t in run.times]
-    for signal, t, record, given in zip(
+    times = [(run, t) for run in simulated.runs for t in run.times]
+    for signal, (run, t), record, given in zip(
         problem.signals, times, records(simulated, jnp.asarray(u, float)), noise_given(problem)
     ):
+        steady = isinstance(run, SteadyRun)  # in any order: neighbours have nothing in common
         size = 1.0 if given or known else scale
         valid = np.asarray(signal.valid) > 0
         r = np.asarray(signal.residual(record)) / size
-        over_time = signal.compared.matrix is None
+        whole = signal.compared.matrix is None
+        measured = np.where(valid, np.asarray(signal.values), np.nan)
+        shown = as_vectors if signal.vectors else np.asarray
         found.append(
             ChannelFit(
                 run=signal.run,
                 channel=signal.channel,
                 unit=simulated.bench.channels[signal.channel].recorded_in,
                 t=np.asarray(t),
-                measured=np.where(valid, np.asarray(signal.values), np.nan),
-                simulated=np.asarray(record),
+                measured=shown(measured),
+                simulated=shown(record),
                 std=float(signal.std) * size,
-                white=whiteness(r, valid) if over_time else None,
-                sized=too_large(r[valid], int(valid.sum())) if given and over_time else None,
+                white=whiteness(r, valid) if whole and not steady else None,
+                sized=too_large(r[valid], int(valid.sum())) if given and whole else None,
+                over="speed" if steady else "time",
             )
         )
     return tuple(found)

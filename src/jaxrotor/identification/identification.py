@@ -14,12 +14,12 @@ from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..search.unknown import Unknown, split_entry
-from ..sensors.channel import Channel
+from ..sensors.channel import AbstractChannel
 from ..sensors.record import Record
 from .domain import Time
 from .fit_by_channel import ChannelFit, meet
-from .measured_run import MeasuredRun, as_measured_runs
 from .problem import Problem, pose, weighed
+from .trials import Trial, as_trials
 from .uncertainty import Knowledge
 
 # Below this probability of being chance a residual is called not white, or too large; all the tests of an
@@ -42,7 +42,7 @@ class Identification:
     """
 
     machine: Machine
-    sensors: dict[str, Channel]
+    sensors: dict[str, AbstractChannel]
     space: Space
     u: np.ndarray
     slopes: np.ndarray
@@ -175,11 +175,11 @@ class Identification:
 
     __repr__ = __str__
 
-    def predicted(self, data: Record | MeasuredRun) -> tuple[ChannelFit, ...]:
+    def predicted(self, data: Record | Trial) -> tuple[ChannelFit, ...]:
         """Another run, simulated with what was found: a held-out one for cross-validation. Its channels say
         by `white` and `sized` whether the model holds there too."""
         bench = Instrumented(self.machine, self.sensors)
-        trial = as_measured_runs(data)[0].planned(self.machine)
+        trial = as_trials(data)[0].planned(self.machine)
         space = Space.of(bench, tuple(Unknown(path, scale=1.0) for path in self.paths))
         stds = {c.channel: c.std for c in self.channels}
         problem = pose(bench, space, [trial], Time(), None)

@@ -27,9 +27,9 @@ from .domain import AbstractDomain, Time
 from .fit import Fit, search
 from .fit_by_channel import meet, noise_given
 from .identification import Identification
-from .measured_run import MeasuredRun, as_measured_runs
 from .problem import Problem, check_data, in_reverse, pose, residual_and_slopes, weighed
 from .simulated import records, records_and_slopes
+from .trials import Trial, as_trials
 from .uncertainty import knowledge
 
 # A channel met better than this part of its own size has no noise to be weighed by.
@@ -72,7 +72,8 @@ def identify(
     - `parameters`: `Unknown`s, or plain paths.
     - `sensors`: name -> a sensor or a `Channel`. A channel's `noise.std` weighs it; without one, its noise is
       taken from its residual.
-    - `data`: `Record`s or `MeasuredRun`s, of one or several runs; series carry the names of `sensors`.
+    - `data`: `Record`s or `MeasuredRun`s, of one or several runs, or `MeasuredResponse`s, steady vectors over
+      speed; series carry the names of `sensors`.
     - `stages`: searches one after the other, such as `(Orders(), Time())`: by order no cycle can be skipped,
       over time everything counts. The uncertainty is that of the last.
     - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
@@ -128,7 +129,7 @@ class Asked(NamedTuple):
     space: Space
     searches: list[Stage]
     places: Array
-    trials: tuple[MeasuredRun, ...]
+    trials: tuple[Trial, ...]
 
 
 def asked(
@@ -152,7 +153,7 @@ def asked(
         raise InputError("stages: name one at least, such as Time()")
     begun = space.set(bench, space.starts)
     places = [jnp.zeros(len(space)), *(place_of(space, bench, start) for start in starts)]
-    trials = as_measured_runs(data)
+    trials = as_trials(data)
     for trial in trials:
         trial.check(begun.machine)
     check_data(bench, space, trials, [search.domain for search in searches])

@@ -1,19 +1,20 @@
 """A recorded run, and how the machine is simulated to meet it."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Unpack
 
+import jax.numpy as jnp
 import numpy as np
 
 from ..core.arguments import mapping
-from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
 from ..machine.machine import Machine
-from ..sensors.record import Record
+from ..sensors.record import Record, Series
 from ..simulation.simulate import for_slopes, settled
 from ..simulation.simulation import Settings, Simulation, as_simulation
+from .simulated import Run, as_array
 
 
 @shows()
@@ -55,6 +56,24 @@ class MeasuredRun:
         ).items():
             object.__setattr__(self, name, value)
 
+    @property
+    def name(self) -> str:
+        return self.record.name
+
+    @property
+    def series(self) -> Mapping[str, Series]:
+        """By channel."""
+        return self.record.series
+
+    def posed(self) -> Run:
+        """Ready to be simulated."""
+        return Run(
+            times=tuple(jnp.asarray(s.t) for s in self.series.values()),
+            conditions={k: as_array(v) for k, v in self.conditions.items()},
+            simulation=dataclasses.replace(self.simulation, speed=as_array(self.simulation.speed)),
+            channels=tuple(self.series),
+        )
+
     def check(self, machine: Machine) -> None:
         """Raises `InputError` where `machine` cannot be run so."""
         self.simulation.check(machine.set(self.conditions))
@@ -68,24 +87,3 @@ class MeasuredRun:
 def _fastest(record: Record) -> float:
     """The rate of the fastest channel, Hz."""
     return max(1.0 / float(np.median(np.diff(s.t))) for s in record.series.values())
-
-
-def as_measured_runs(data: Any) -> tuple[MeasuredRun, ...]:
-    """From a record, a measured run, or several of them."""
-    many = data if isinstance(data, Sequence) else [data]
-    found = []
-    for one in many:
-        if isinstance(one, Record):
-            one = MeasuredRun(one)
-        if not isinstance(one, MeasuredRun):
-            raise InputError(
-                f"data must be Records or MeasuredRuns, but one is {type(one).__name__}"
-            )
-        if min(float(s.t[0]) for s in one.record.series.values()) < -1e-9:
-            raise InputError(
-                f"`{one.record.name}`: has values before t = 0, where the run starts: shift its time"
-            )
-        found.append(one)
-    if not found:
-        raise InputError("no data: give a Record or a MeasuredRun at least")
-    return tuple(found)

@@ -16,16 +16,17 @@ from ..core.units import factor, known_unit
 from ..machine.wiring import unknown
 from ..search.instrumented import Instrumented
 from ..search.space import Space
-from ..sensors.record import Series
+from ..sensors.tracking_filter import TrackingFilter
 from ..simulation.response import StationResponse
 from ..simulation.simulate import for_slopes
 from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
-from .measured_run import MeasuredRun
-from .simulated import Run, Simulated, as_array
+from .simulated import AbstractRun, Run, Simulated, as_real
+from .trials import Trial
 
 
 class Signal(eqx.Module):
-    """One channel of one run: measured `values` (nt,) where `valid` is 1, and what is compared of them."""
+    """One channel of one run: measured `values` (nt,) where `valid` is 1, and what is compared of them. Of
+    `vectors` the real parts, then the imaginary ones."""
 
     values: Float[Array, " nt"]
     valid: Float[Array, " nt"]
@@ -33,6 +34,7 @@ class Signal(eqx.Module):
     compared: Compared
     channel: str = eqx.field(static=True)
     run: str = eqx.field(static=True)
+    vectors: bool = eqx.field(static=True, default=False)
 
     def residual(self, record: Float[Array, " nt"]) -> Float[Array, " k"]:
         there = self.valid > 0
@@ -92,7 +94,7 @@ def residual_and_slopes(
 def pose(
     bench: Instrumented,
     space: Space,
-    trials: Sequence[MeasuredRun],
+    trials: Sequence[Trial],
     domain: AbstractDomain,
     shaft: str | None,
 ) -> Problem:
@@ -100,13 +102,7 @@ def pose(
     runs, signals = [], []
     start = space.placed(bench, jnp.zeros(len(space)))
     for trial in trials:
-        series = trial.record.series
-        run = Run(
-            tuple(jnp.asarray(s.t) for s in series.values()),
-            {k: as_array(v) for k, v in trial.conditions.items()},
-            dataclasses.replace(trial.simulation, speed=as_array(trial.simulation.speed)),
-            tuple(series),
-        )
+        run = trial.posed()
         signals += _signals(bench, trial, domain, _angles(run, start, shaft))
         runs.append(run)
     problem = Problem(Simulated(bench, tuple(runs), space), tuple(signals))
@@ -117,7 +113,7 @@ def pose(
 def check_data(
     bench: Instrumented,
     space: Space,
-    trials: Sequence[MeasuredRun],
+    trials: Sequence[Trial],
     domains: Sequence[AbstractDomain],
 ) -> None:
     """What `pose` would refuse, as far as it can be told before anything runs: all but how the shaft turns.
@@ -141,35 +137,48 @@ def _refuse_too_few(count: int, space: Space) -> None:
 
 
 def _signals(
-    bench: Instrumented, trial: MeasuredRun, domain: AbstractDomain, angles: Angles
+    bench: Instrumented, trial: Trial, domain: AbstractDomain, angles: Angles
 ) -> list[Signal]:
     """What a run measured, in the units of the channels, and how it is compared."""
     found = []
-    for name, one in trial.record.series.items():
-        place = f"`{trial.record.name}`: {name}"
+    for name, one in trial.series.items():
+        place = f"`{trial.name}`: {name}"
         if name not in bench.channels:
             raise InputError(f"{place}: {unknown('channel', name, list(bench.channels))}")
         channel = bench.channels[name]
         one = _converted(one, channel.recorded_in, place)
-        compared = domain.compare(one, angles, place)
-        known = one.values[one.valid]
+        vectors = bool(np.iscomplexobj(one.values))
+        if vectors != isinstance(channel, TrackingFilter):
+            words = "vectors: record them by a TrackingFilter" if vectors else "no vectors"
+            raise InputError(
+                f"{place}: the record holds {words}, but the channel is a {type(channel).__name__}"
+            )
+        # vectors turn with the shaft already
+        compared = (
+            Time().compare(one, angles, place) if vectors else domain.compare(one, angles, place)
+        )
+        valid, values = one.valid, as_real(np.where(one.valid, one.values, 0.0))
+        if vectors:
+            valid = np.tile(valid, 2)
+        known = values[valid]
         std = channel.noise.std if channel.noise is not None else None
         if std is None or not float(std) > 0:
             std = jnp.asarray(np.std(known) or 1.0)
         found.append(
             Signal(
-                jnp.asarray(np.where(one.valid, one.values, 0.0)),
-                jnp.asarray(one.valid, float),
+                jnp.asarray(values),
+                jnp.asarray(valid, float),
                 std,
                 compared,
                 name,
-                trial.record.name,
+                trial.name,
+                vectors,
             )
         )
     return found
 
 
-def _converted(series: Series, unit: str, place: str) -> Series:
+def _converted(series: Any, unit: str, place: str) -> Any:
     """In the unit of its channel."""
     if not series.unit or series.unit == unit:
         return series
@@ -179,15 +188,16 @@ def _converted(series: Series, unit: str, place: str) -> Series:
             f"{place}: is in {series.unit}, but the channel records {unit}: give the channel that unit and "
             "its sensitivity"
         )
-    return Series(series.t, size * series.values, unit, place)
+    return series.scaled(size, unit, place)
 
 
-def _angles(run: Run, bench: Instrumented, shaft: str | None) -> Angles:
+def _angles(run: AbstractRun, bench: Instrumented, shaft: str | None) -> Angles:
     """The shaft's angle at any times, simulated once somebody asks."""
     found: list[np.ndarray] = []
 
     def at(times):
         if not found:
+            assert isinstance(run, Run)  # steady vectors are compared as they are
             response = run.response(bench)
             part = response[bench.machine.wiring.stations[0] if shaft is None else shaft]
             if not isinstance(part, StationResponse):
@@ -203,6 +213,8 @@ def in_reverse(problem: Problem) -> Problem:
 
     runs = tuple(
         dataclasses.replace(run, simulation=for_slopes(run.simulation, reverse=True))
+        if isinstance(run, Run)
+        else run
         for run in problem.simulated.runs
     )
     return dataclasses.replace(problem, simulated=dataclasses.replace(problem.simulated, runs=runs))

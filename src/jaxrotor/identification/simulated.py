@@ -1,10 +1,12 @@
 """What the channels would have recorded, and its slopes: the costly part, compiled once for all stages."""
 
+import abc
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.quick import lightly_compiled
@@ -15,8 +17,20 @@ from ..simulation.simulate import simulate
 from ..simulation.simulation import Simulation
 
 
-class Run(eqx.Module):
-    """One measured run, ready to be simulated: `channels` are asked at `times` (s)."""
+class AbstractRun(eqx.Module):
+    """Something measured, ready to be simulated: `channels` are asked at `times` (s, or whatever they are
+    recorded over)."""
+
+    times: eqx.AbstractVar[tuple[Array, ...]]
+    channels: eqx.AbstractVar[tuple[str, ...]]
+
+    @abc.abstractmethod
+    def records(self, bench: Instrumented) -> tuple[Array, ...]:
+        """Of each channel, without noise: real, or complex where vectors are recorded."""
+
+
+class Run(AbstractRun):
+    """One measured run through time."""
 
     times: tuple[Array, ...]
     conditions: dict[str, Any]
@@ -27,7 +41,7 @@ class Run(eqx.Module):
         machine = bench.machine.set(self.conditions) if self.conditions else bench.machine
         return simulate(machine, self.simulation, progress=False)
 
-    def records(self, bench: Instrumented) -> tuple[Float[Array, " nt"], ...]:
+    def records(self, bench: Instrumented) -> tuple[Array, ...]:
         response = self.response(bench)
         return tuple(
             bench.channels[name].measure(response, t) for name, t in zip(self.channels, self.times)
@@ -38,13 +52,14 @@ class Simulated(eqx.Module):
     """Every run at any place of the search."""
 
     bench: Instrumented
-    runs: tuple[Run, ...]
+    runs: tuple[AbstractRun, ...]
     space: Space
 
     def records(self, u: Float[Array, " n"]) -> tuple[Float[Array, " nt"], ...]:
-        """Without noise, one for each channel of each run in turn."""
+        """Without noise, one for each channel of each run in turn; of vectors the real parts, then the
+        imaginary ones."""
         bench = self.space.placed(self.bench, u)
-        return tuple(record for run in self.runs for record in run.records(bench))
+        return tuple(as_real(record) for run in self.runs for record in run.records(bench))
 
 
 @lightly_compiled
@@ -70,6 +85,18 @@ def records_and_slopes(
     if u.shape[0] == 1:  # a batch of one costs more than none
         return jax.tree.map(lambda x: x[None], both(u[0]))
     return jax.vmap(both)(u)
+
+
+def as_real(x: Any) -> Any:
+    """A row of real numbers: of complex ones the real parts, then the imaginary ones."""
+    xp = jnp if isinstance(x, jax.Array) else np
+    return xp.concatenate([x.real, x.imag]) if xp.iscomplexobj(x) else x
+
+
+def as_vectors(x: Any) -> np.ndarray:
+    """Complex numbers from what `as_real` made of them."""
+    real, imaginary = np.split(np.asarray(x), 2)
+    return real + 1j * imaginary
 
 
 def as_array(x: Any) -> Any:

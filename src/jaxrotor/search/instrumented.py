@@ -12,7 +12,7 @@ from ..core.parameter import as_float64, problems
 from ..machine.machine import Machine
 from ..machine.paths import field_of, resolve
 from ..machine.wiring import unknown
-from ..sensors.channel import Channel
+from ..sensors.channel import AbstractChannel
 from ..simulation.response import blank_run
 from .unknown import split_entry
 
@@ -21,7 +21,7 @@ class Instrumented(eqx.Module):
     """`machine` and the `channels` that look at it, by name."""
 
     machine: Machine
-    channels: dict[str, Channel]
+    channels: dict[str, AbstractChannel]
 
     def __check_init__(self) -> None:
         for name, channel in self.channels.items():
@@ -105,7 +105,7 @@ class Instrumented(eqx.Module):
         channel = self.channels[head]
         if steps == ["sensitivity"]:
             return f"{channel.recorded_in}/({channel.sensor.unit})"
-        if steps[-1] in ("bias", "std", "quantum"):
+        if steps[-1] in ("bias", "std", "quantum", "subtracted"):
             return channel.recorded_in
         field = field_of(resolve(channel, steps[:-1], name), steps[-1])
         return field.metadata["unit"] if field is not None else ""

@@ -1,4 +1,4 @@
-from .channel import Channel as Channel
+from .channel import AbstractChannel as AbstractChannel, Channel as Channel
 from .noise import Noise as Noise
 from .pulses import angle_of as angle_of, pulse_times as pulse_times, speed_of as speed_of
 from .quantities import (
@@ -18,6 +18,8 @@ from .sensor import (
     Accelerometer as Accelerometer,
     Encoder as Encoder,
     ProximityProbe as ProximityProbe,
+    Synchronous as Synchronous,
     Tachometer as Tachometer,
     TorqueSensor as TorqueSensor,
 )
+from .tracking_filter import TrackingFilter as TrackingFilter

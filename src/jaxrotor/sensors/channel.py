@@ -1,8 +1,11 @@
 """A measurement channel: a sensor and the chain behind it."""
 
+import abc
 from collections.abc import Iterator
 from typing import Any
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
@@ -16,7 +19,43 @@ from .noise import Noise
 from .sensor import AbstractSensor
 
 
-class Channel(Part):
+class AbstractChannel(Part):
+    """What stands in a record of what a `sensor` sees, with the `noise` of the record.
+
+    One of your own needs `sensor`, `noise`, `recorded_in` (its unit) and `measure`.
+    """
+
+    sensor: eqx.AbstractVar[AbstractSensor]
+    noise: eqx.AbstractVar[Noise | None]
+
+    @property
+    @abc.abstractmethod
+    def recorded_in(self) -> str:
+        """The unit of the record."""
+
+    @abc.abstractmethod
+    def measure(self, response: Response, times: Any = None) -> Array:
+        """The record without noise at `times` (s), by default the samples of the run: (m,), real, or complex
+        where vectors are recorded. NaN where the run does not reach."""
+
+    def recorded(self, response: Response, key: PRNGKeyArray, times: Any = None) -> Array:
+        """As `measure`, with the channel's noise (of a vector's real and imaginary part each); `times` evenly
+        spaced."""
+        clean = self.measure(response, times)
+        if self.noise is None:
+            return clean
+        at = response.t if times is None else jnp.asarray(times, float)
+        interval = at[1] - at[0]
+        if not jnp.iscomplexobj(clean):
+            return self.noise.added(key, clean, interval)
+        one, other = jax.random.split(key)
+        return jax.lax.complex(
+            self.noise.added(one, clean.real, interval),
+            self.noise.added(other, clean.imag, interval),
+        )
+
+
+class Channel(AbstractChannel):
     """What is recorded of a sensor: `sensitivity` times what it sees, filtered, later by `delay`, plus
     `bias`.
 
@@ -47,8 +86,6 @@ class Channel(Part):
         return self.unit or self.sensor.unit
 
     def measure(self, response: Response, times: Any = None) -> Float[Array, " m"]:
-        """The record without noise at `times` (s), by default the samples of the run. NaN where the
-        run does not reach."""
         interval = response.t[1] - response.t[0]
         seen = self.sensor.signal(response)
         if self.cutoff is not None:
@@ -58,28 +95,18 @@ class Channel(Part):
             seen, response.t[0], interval, at - self.delay
         )
 
-    def recorded(
-        self, response: Response, key: PRNGKeyArray, times: Any = None
-    ) -> Float[Array, " m"]:
-        """As `measure`, with the channel's noise; `times` evenly spaced."""
-        clean = self.measure(response, times)
-        if self.noise is None:
-            return clean
-        at = response.t if times is None else jnp.asarray(times, float)
-        return self.noise.added(key, clean, at[1] - at[0])
-
     def faults(self) -> Iterator[str]:
         if isinstance(self.order, bool) or self.order not in range(1, 9):
             yield f"order must be a whole number from 1 to 8, but is {self.order!r}"
 
 
-def as_channels(given: dict[str, Any]) -> dict[str, Channel]:
+def as_channels(given: dict[str, Any]) -> dict[str, AbstractChannel]:
     """Sensors and channels by name; a bare sensor becomes a channel of its own unit."""
     found = {}
     for name, one in given.items():
         if isinstance(one, AbstractSensor):
             one = Channel(one)
-        if not isinstance(one, Channel):
+        if not isinstance(one, AbstractChannel):
             raise InputError(
                 f"`{name}`: must be a sensor or a Channel, but is {one!r} ({type(one).__name__})"
             )

@@ -10,6 +10,8 @@ from jaxtyping import Array, Float
 from ..core.quick import lightly_compiled
 
 _NODES = 8  # points of the polynomial between samples
+# Corrections of a value's place between samples; where it grows evenly the first is exact.
+_CORRECTIONS = 5
 
 
 @lightly_compiled
@@ -60,3 +62,16 @@ def low_pass(
 
     _, rest = jax.lax.scan(step, start, (values[:-1], values[1:]))
     return jnp.concatenate([(C[0] @ start)[None], rest])
+
+
+def places(turned: Array, marks: Array, last: Array) -> Array:
+    """Where `turned`, which rises, has the values `marks`: in samples, `last` the last of them."""
+    after = jnp.clip(jnp.searchsorted(turned, marks), 1, last)
+    low, high = turned[after - 1], turned[after]
+    step = jax.lax.stop_gradient(jnp.where(high > low, high - low, 1.0))
+    place = after - 1 + (marks - low) / step
+    for _ in range(_CORRECTIONS):
+        place = jnp.clip(jax.lax.stop_gradient(place), after - 1, after)
+        here = between(turned, jnp.zeros(()), jnp.ones(()), place)
+        place = place + (marks - here) / step
+    return place

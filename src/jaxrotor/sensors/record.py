@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
 from ..core.arguments import mapping, real_array, short, some_text
 from ..core.errors import InputError
@@ -13,17 +13,18 @@ from ..machine.wiring import unknown
 
 class Series:
     """One signal: `values` at the instants `t` (s, rising), in `unit`. A value that is not a number is
-    missing: it counts for nothing. Instants may be unequally spaced. Raises `InputError` for lengths that
+    missing: it counts for nothing. Instants may be unequally spaced; values may be complex (vectors, as a
+    `TrackingFilter` shows them). Raises `InputError` for lengths that
     differ, instants that do not rise or are not finite, values that are infinite, and too few of them."""
 
     t: Float[np.ndarray, " n"]
-    values: Float[np.ndarray, " n"]
+    values: Float[np.ndarray, " n"] | Complex[np.ndarray, " n"]
     unit: str
 
     def __init__(self, t: Any, values: Any, unit: str = "", place: str = "a series"):
         self.t, self.values = (
             _numbers(t, f"{place}: instants"),
-            _numbers(values, f"{place}: values"),
+            _values(values, f"{place}: values"),
         )
         self.unit = some_text(unit, f"{place}: unit")
         if self.t.ndim != 1 or self.t.shape != self.values.shape:
@@ -62,6 +63,10 @@ class Series:
         """Which values are there."""
         return np.isfinite(self.values)
 
+    def scaled(self, size: float, unit: str, place: str) -> "Series":
+        """The same in another unit."""
+        return Series(self.t, size * self.values, unit, place)
+
     def __len__(self) -> int:
         return self.t.size
 
@@ -76,6 +81,12 @@ def _numbers(given: Any, place: str) -> np.ndarray:
     if found is None:
         raise InputError(f"{place} must be a row of numbers, but is {short(given)}")
     return found
+
+
+def _values(given: Any, place: str) -> np.ndarray:
+    if np.iscomplexobj(given):
+        return np.asarray(given, complex)
+    return _numbers(given, place)
 
 
 class Record:

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 
 from ..core.errors import InputError
 from ..core.parameter import parameter
@@ -26,6 +27,21 @@ class AbstractSensor(Part):
         no such part, or nothing there to be seen."""
 
 
+class Synchronous(abc.ABC):
+    """A sensor that knows what it sees of a steady whirl, and so can be met by `unbalance_response`."""
+
+    @abc.abstractmethod
+    def watched(self) -> tuple[str, ...]:
+        """The outputs of `unbalance_response` that it looks at."""
+
+    @abc.abstractmethod
+    def whirl(
+        self, values: Complex[Array, "n k"], speeds: Float[Array, " n"]
+    ) -> Complex[Array, " n"]:
+        """Its vector at each speed (rad/s): it sees Re(vector e^(i phi)), phi the shaft's angle, where the
+        outputs do Re(values e^(i phi))."""
+
+
 def _station(response: Response, name: str) -> StationResponse:
     found = response[name]
     if not isinstance(found, StationResponse):
@@ -33,7 +49,7 @@ def _station(response: Response, name: str) -> StationResponse:
     return found
 
 
-class ProximityProbe(AbstractSensor):
+class ProximityProbe(AbstractSensor, Synchronous):
     """Distance of a shaft's surface from a probe that looks at it radially, m: positive where the shaft
     has moved away from the design position along `angle`.
 
@@ -61,8 +77,20 @@ class ProximityProbe(AbstractSensor):
             seen = seen + jnp.cos(angle) @ self.runout[:, 0] + jnp.sin(angle) @ self.runout[:, 1]
         return seen
 
+    def watched(self) -> tuple[str, ...]:
+        return f"{self.station}.x", f"{self.station}.y"
 
-class Accelerometer(AbstractSensor):
+    def whirl(
+        self, values: Complex[Array, "n k"], speeds: Float[Array, " n"]
+    ) -> Complex[Array, " n"]:
+        seen = values[:, 0] * jnp.cos(self.angle) + values[:, 1] * jnp.sin(self.angle)
+        if self.runout is not None:
+            first = jax.lax.complex(self.runout[0, 0], -self.runout[0, 1])
+            seen = seen + first * jnp.exp(-1j * self.angle)
+        return seen
+
+
+class Accelerometer(AbstractSensor, Synchronous):
     """Acceleration of a station along a fixed direction, m/s²; of a `SelfAligningBearing` its housing's.
 
     `direction`: a vector of any length: `(0, 1, 0)` is vertical. It knows no gravity.
@@ -75,6 +103,14 @@ class Accelerometer(AbstractSensor):
     def signal(self, response: Response) -> Float[Array, " nt"]:
         along = self.direction / jnp.linalg.norm(self.direction)
         return _station(response, self.station).acceleration[:, :3] @ along
+
+    def watched(self) -> tuple[str, ...]:
+        return tuple(f"{self.station}.{axis}" for axis in "xyz")
+
+    def whirl(
+        self, values: Complex[Array, "n k"], speeds: Float[Array, " n"]
+    ) -> Complex[Array, " n"]:
+        return -(speeds**2) * (values @ (self.direction / jnp.linalg.norm(self.direction)))
 
     def faults(self) -> Iterator[str]:
         if not abs(self.direction).max() > 0:

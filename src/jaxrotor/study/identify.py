@@ -12,7 +12,7 @@ from ..identification.identify import Stage
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
 from ..search.unknown import Unknown
-from ..sensors.channel import Channel
+from ..sensors.channel import AbstractChannel, Channel
 from .build import FAILED, Context, build_element
 from .mistakes import Faults, guess
 from .unknowns import read_quantity, read_unknown, space_of
@@ -36,7 +36,7 @@ class Identify:
     """What [identify] asks for."""
 
     records: tuple[tuple[Path, dict[str, float]], ...]  # with what was different in each run
-    sensors: dict[str, Channel]
+    sensors: dict[str, AbstractChannel]
     unknowns: tuple[Unknown, ...]
     stages: tuple[Stage, ...]
     shaft: str | None
@@ -115,7 +115,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
 
 
-def _bench(machine: Machine, sensors: dict[str, Channel], faults: Faults) -> Instrumented:
+def _bench(machine: Machine, sensors: dict[str, AbstractChannel], faults: Faults) -> Instrumented:
     """Whose sensors find what they look at."""
     try:
         bench = Instrumented(machine, sensors)
