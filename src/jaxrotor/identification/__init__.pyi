@@ -16,6 +16,11 @@ from .domain import (
 )
 from .identification import Identification as Identification
 from .identify import Stage as Stage, identify as identify
+from .influence import (
+    FoundUnbalance as FoundUnbalance,
+    Influence as Influence,
+    influence as influence,
+)
 from .measured_response import MeasuredResponse as MeasuredResponse
 from .measured_run import MeasuredRun as MeasuredRun
 from .posterior import Posterior as Posterior, posterior as posterior

@@ -1,0 +1,281 @@
+"""Influence coefficients from many trial runs, with what changes from run to run: Bayesian, robust, with
+intervals for an unknown unbalance.
+
+Model: y = A u + e. e has a covariance S over all measurements together (probes and speeds), for what drifts
+between runs moves them together, and the tails of Student's t. Vectors that stand out of a robust regression
+of their own column are left out first. S comes from the residuals, drawn towards its diagonal as far as these
+are few.
+
+Sources: Goodman, Trans. ASME J. Eng. Ind. 86 (1964) 273 (least squares balancing); Maronna, Martin & Yohai,
+Robust Statistics (2006), ch. 5 (bisquare regression); Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989)
+881 (t errors, missing values); Ledoit & Wolf, J. Multivariate Anal. 88 (2004) 365 (shrinkage).
+"""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import scipy.stats
+from jaxtyping import Bool, Complex, Float
+
+from ..core.arguments import complex_array, number
+from ..core.errors import InputError
+from ..core.gate import takes
+from ..core.result_text import shows
+
+# Degrees of freedom of the t distribution: few enough for one gross error, many enough for a bell.
+_TAIL = 4.0
+_ITERATIONS, _ROBUST, _REST = 200, 40, 1e-9
+# A vector stands out so many of its column's robust rms away: one in ten thousand does so by chance. Beside
+# it the bisquare's own reach, and the rms of a complex normal number's length over its median.
+_APART, _REACH, _RMS = 3.0, 4.0, 1.2011
+
+
+@shows(unbalance="@unit", std="@unit")
+@dataclasses.dataclass(frozen=True)
+class FoundUnbalance:
+    """`unbalance`: (p,) complex, one for each plane, in `unit`. `covariance`: (p, p) complex, Hermitian;
+    `std`: (p,), of the real and of the imaginary part each. `chance`: the probability that vectors lie as far
+    as the measured ones from all that an unbalance in these planes could make: a small one says that
+    something else is the matter. `degrees`: of freedom, for intervals."""
+
+    unbalance: Complex[np.ndarray, " p"]
+    covariance: Complex[np.ndarray, "p p"]
+    chance: float
+    degrees: float
+    unit: str = ""
+
+    @property
+    def std(self) -> Float[np.ndarray, " p"]:
+        return np.sqrt(np.real(np.diag(self.covariance)) / 2)
+
+    def intervals(self, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+        """Half widths (p,) of the confidence intervals of size (in `unit`) and angle (rad; pi where the size
+        may be nothing), each by itself."""
+        reach = scipy.stats.t.ppf(0.5 + 0.5 * level, self.degrees) * self.std
+        size = np.abs(self.unbalance)
+        with np.errstate(divide="ignore"):
+            angle = np.where(reach < size, np.arcsin(np.minimum(1.0, reach / size)), np.pi)
+        return reach, angle
+
+    def covers(self, truth: Any, level: float = 0.95) -> np.ndarray:
+        """(p,): whether the disc in which each unbalance lies with this probability holds `truth`."""
+        away = np.abs(np.asarray(truth) - self.unbalance) ** 2
+        limit = 2 * scipy.stats.f.ppf(level, 2, self.degrees)
+        return away <= limit * self.std**2
+
+
+@shows()
+@dataclasses.dataclass(frozen=True)
+class Influence:
+    """**What trial runs told:**
+
+    - `coefficients`: (m, p) complex, vector per unit of unbalance. `coefficient_std`: (m, p), of their real
+      and imaginary parts.
+    - `drift`: (m, m) complex covariance of what a run adds of its own; `drift_std`: (m,).
+    - `left_out`: (n, m), vectors that stand out and count for nothing; `doubted`: the runs of which most do:
+      look whether these are labelled rightly.
+    - `degrees`: of freedom left.
+    """
+
+    coefficients: Complex[np.ndarray, "m p"]
+    covariance: Complex[np.ndarray, "mp mp"]
+    drift: Complex[np.ndarray, "m m"]
+    left_out: Bool[np.ndarray, "n m"]
+    degrees: float
+
+    @property
+    def coefficient_std(self) -> Float[np.ndarray, "m p"]:
+        return np.sqrt(np.real(np.diag(self.covariance)) / 2).reshape(self.coefficients.shape)
+
+    @property
+    def drift_std(self) -> Float[np.ndarray, " m"]:
+        return np.sqrt(np.real(np.diag(self.drift)) / 2)
+
+    @property
+    def doubted(self) -> tuple[int, ...]:
+        return tuple(np.flatnonzero(self.left_out.mean(axis=1) > 0.5).tolist())
+
+    def predicted(self, unbalance: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors (m,) that an unbalance (p,) makes, and the standard deviation of their real and imaginary
+        parts: drift and what is not known of the coefficients."""
+        u = self._planes(unbalance)
+        return self.coefficients @ u, np.sqrt(np.real(np.diag(self._scatter(u))) / 2)
+
+    @takes(prior=number(above=0.0))
+    def unbalance(self, vectors: Any, prior: float | None = None, unit: str = "") -> FoundUnbalance:
+        """The unbalance (p,) that made `vectors` (m,; NaN where one is missing), by weighed least squares:
+        what drifts together counts together.
+
+        `prior`: standard deviation of the real and imaginary part of each unbalance before anything was
+        measured; left out, anything is thought possible. Raises `InputError` for fewer vectors than planes.
+        """
+        y = np.asarray(vectors, complex)
+        if y.shape != (len(self.coefficients),):
+            raise InputError(
+                f"vectors must be {len(self.coefficients)}, one for each measurement, but have shape "
+                f"{y.shape}"
+            )
+        there = np.isfinite(y)
+        m, p = int(there.sum()), self.coefficients.shape[1]
+        if m < p:
+            raise InputError(f"{m} vectors cannot tell {p} unbalances: measure more")
+        A, known = self.coefficients[there], np.zeros((p, p))
+        if prior is not None:
+            known = np.eye(p) / (2 * prior**2)
+        u = np.zeros(p, complex)
+        for _ in range(20):  # the scatter grows with what is found
+            S = self._scatter(u)[np.ix_(there, there)]
+            W = np.linalg.solve(S, A)
+            C = np.linalg.inv(A.conj().T @ W + known)
+            before, u = u, C @ (W.conj().T @ y[there])
+            if np.abs(u - before).max() <= _REST * max(np.abs(u).max(), 1e-300):
+                break
+        r = y[there] - A @ u
+        size = float((r.conj() @ np.linalg.solve(S, r)).real)
+        free = m - p
+        # |r|² in units of S: a sum of `free` exponentials, over the scatter's own uncertainty
+        chance = scipy.stats.f.sf(size / free, 2 * free, self.degrees) if free else 1.0
+        return FoundUnbalance(u, C, float(chance), self.degrees, unit)
+
+    def _planes(self, unbalance: Any) -> np.ndarray:
+        u = complex_array(unbalance, "unbalance")
+        if u.size != self.coefficients.shape[1]:
+            raise InputError(
+                f"unbalance must be {self.coefficients.shape[1]}, one for each plane, but has {u.size}"
+            )
+        return u
+
+    def _scatter(self, u: np.ndarray) -> np.ndarray:
+        """(m, m): covariance of vectors under an unbalance u."""
+        m = len(self.coefficients)
+        spread = np.kron(np.eye(m), u[None])
+        return self.drift + spread @ self.covariance @ spread.conj().T
+
+
+@takes(tail=number(above=2.0))
+def influence(
+    unbalances: Any,
+    vectors: Any,
+    prior: tuple[Any, Any] | None = None,
+    tail: float = _TAIL,
+) -> Influence:
+    """Influence coefficients from runs under known unbalances: any number of them, in one plane or several
+    at once, with missing vectors.
+
+    **Arguments:**
+
+    - `unbalances`: (n, p) complex, what was added in each plane, any unit.
+    - `vectors`: (n, m) complex, what each run measured less the baseline: a column is one probe at one speed;
+      NaN where one is missing.
+    - `prior`: (coefficients (m, p), standard deviation (m, p) or one for all, of real and imaginary parts) of
+      a model that was fitted to something else, such as `unbalance_response` per unit of unbalance: the runs
+      then correct the model as far as they know better.
+    - `tail`: degrees of freedom of the errors' t distribution; a large number for normal ones.
+
+    Raises `InputError` where shapes do not fit, or runs are fewer than planes.
+    """
+    U = complex_array(unbalances, "unbalances", 2)
+    Y = np.asarray(vectors, complex)
+    if Y.ndim != 2 or len(Y) != len(U):
+        raise InputError(
+            f"vectors must be {len(U)} rows, one for each run, but have shape {Y.shape}"
+        )
+    (n, p), m = U.shape, Y.shape[1]
+    there = np.isfinite(Y)
+    if n <= p or (there.sum(axis=0) <= p).any():
+        raise InputError(
+            f"{n} runs cannot tell {p} planes and their scatter: make {p + 1} at least, each measured by "
+            "every probe"
+        )
+    mean, precision = _known(prior, m, p)
+    left_out = _standing_out(U, Y, there)
+    Y, there = np.where(left_out, np.nan, Y), there & ~left_out
+    some = there.any(axis=1)
+    U, Y, there = U[some], Y[some], there[some]
+    n = len(U)
+    A, S, weights = mean, np.eye(m) * np.nanmean(np.abs(Y) ** 2), np.ones(n)
+    for _ in range(_ITERATIONS):
+        before = A
+        A, covariance, filled, spare = _regressed(U, Y, there, S, weights, mean, precision)
+        R = filled - U @ A.T
+        S = _shrunk(R, weights, spare, max(n - p, 1))
+        size = np.array(
+            [(r[t].conj() @ np.linalg.solve(S[np.ix_(t, t)], r[t])).real for r, t in zip(R, there)]
+        )
+        count = there.sum(axis=1)
+        weights = (tail + 2 * count) / (tail + 2 * size)
+        if np.abs(A - before).max() <= _REST * np.abs(A).max():
+            break
+    degrees = max(1.0, 2.0 * (float(np.minimum(weights, 1.0).sum()) - p))
+    return Influence(A, covariance, S, left_out, degrees)
+
+
+def _standing_out(U: np.ndarray, Y: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """(n, m): vectors far from a robust regression of their column: least lengths, then the bisquare."""
+    found = np.zeros(Y.shape, bool)
+    for column, known in enumerate(there.T):
+        u, y = U[known], Y[known, column]
+        w = np.ones(len(y))
+        for turn in range(2 * _ROBUST):
+            root = np.sqrt(w)
+            a = np.linalg.lstsq(u * root[:, None], y * root, rcond=None)[0]
+            away = np.abs(y - u @ a)
+            rms = max(_RMS * float(np.median(away)), 1e-300)
+            if turn < _ROBUST:
+                w = 1 / np.maximum(away / rms, 0.1)
+            else:
+                w = np.where(away < _REACH * rms, (1 - (away / (_REACH * rms)) ** 2) ** 2, 0.0)
+        if (w > 0).sum() > U.shape[1]:
+            found[np.flatnonzero(known), column] = away >= _APART * rms
+    return found
+
+
+def _known(prior: Any, m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (m, p) and precision (m p,) of the coefficients beforehand."""
+    if prior is None:
+        return np.zeros((m, p), complex), np.zeros(m * p)
+    mean = complex_array(prior[0], "prior: coefficients", 2)
+    if mean.shape != (m, p):
+        raise InputError(f"prior: coefficients must be {m} by {p}, but have shape {mean.shape}")
+    std = np.broadcast_to(np.asarray(prior[1], float), (m, p))
+    if not (np.isfinite(std).all() and (std > 0).all()):
+        raise InputError("prior: standard deviations must be positive and finite")
+    return mean, 1 / (2 * std.ravel() ** 2)
+
+
+def _regressed(U, Y, there, S, weights, mean, precision) -> tuple:
+    """Coefficients (m, p), their covariance (m p, m p), vectors with the missing ones as they are expected,
+    and what these leave uncertain (m, m) in the sum of squares."""
+    p, m = U.shape[1], Y.shape[1]
+    H = np.diag(precision).astype(complex)
+    g = precision * mean.ravel()
+    for u, y, t, w in zip(U, Y, there, weights):
+        W = np.zeros((m, m), complex)
+        W[np.ix_(t, t)] = w * np.linalg.inv(S[np.ix_(t, t)])
+        H += np.kron(W, np.outer(u.conj(), u))
+        g = g + np.kron(W @ np.where(t, y, 0.0), u.conj())
+    covariance = np.linalg.inv(H)
+    A = (covariance @ g).reshape(m, p)
+    filled, spare = Y.copy(), np.zeros((m, m), complex)
+    for k, (u, t) in enumerate(zip(U, there)):
+        if not t.all():
+            known = np.ix_(t, t)
+            gain = np.linalg.solve(S[known].T, S[np.ix_(~t, t)].T).T
+            filled[k, ~t] = A[~t] @ u + gain @ (Y[k, t] - A[t] @ u)
+            left = S[np.ix_(~t, ~t)] - gain @ S[np.ix_(t, ~t)]
+            spare[np.ix_(~t, ~t)] += weights[k] * left
+    return A, covariance, filled, spare
+
+
+def _shrunk(R: np.ndarray, weights: np.ndarray, spare: np.ndarray, degrees: int) -> np.ndarray:
+    """Covariance of the rows of R (n, m), drawn towards its diagonal as far as chance moves it."""
+    n = len(R)
+    full = (np.einsum("n,ni,nj->ij", weights, R, R.conj()) + spare) / degrees
+    target = np.diag(np.real(np.diag(full))).astype(complex)
+    away = np.abs(full - target) ** 2
+    each = [np.abs(w * np.outer(r, r.conj()) - full * degrees / n) ** 2 for r, w in zip(R, weights)]
+    chance = np.sum(each, axis=0)[~np.eye(len(full), dtype=bool)].sum() / degrees**2
+    share = min(1.0, chance / away.sum()) if away.sum() > 0 else 1.0
+    S = (1 - share) * full + share * target
+    return S + 1e-9 * np.trace(S).real / len(S) * np.eye(len(S))
