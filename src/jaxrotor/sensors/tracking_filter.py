@@ -33,7 +33,8 @@ class TrackingFilter(AbstractChannel):
     - `sensor`: what it looks at.
     - `shaft`: station whose turns are counted.
     - `order`: per turn, whole: 1 is the "1x".
-    - `turns`: whole turns of the window, which lies about the instant that is asked for. A short window
+    - `turns`: whole turns of the window, which lies about the instant that is asked for (at the ends of a
+      run the nearest one that it holds whole). A short window
       follows a quick run-up and lets free vibration beat with it; a long one smooths a resonance.
     - `mark`: rad, the shaft's angle phi as the keyphasor fires.
     - `lag`: the phase that is shown is the angle from the pulse to the next peak, which grows as the
@@ -80,8 +81,11 @@ class TrackingFilter(AbstractChannel):
         middle = between(angle, response.t[0], interval, at)
         sense = jnp.where(angle[-1] >= angle[0], 1.0, -1.0)
         steps = max(32, 16 * self.order) * self.turns
-        within = TURN * self.turns * ((jnp.arange(steps) + 0.5) / steps - 0.5)
-        marks = (sense * middle[:, None] + within).ravel()
+        half = 0.5 * TURN * self.turns
+        within = 2 * half * ((jnp.arange(steps) + 0.5) / steps - 0.5)
+        # at the ends of the run: the nearest whole window
+        middle = jnp.clip(sense * middle, sense * angle[0] + half, sense * angle[-1] - half)
+        marks = (middle[:, None] + within).ravel()
         there = places(sense * angle, marks, jnp.asarray(angle.shape[0] - 1))
         values = between(seen, nought, one, there)
         theta = marks - sense * self.mark
