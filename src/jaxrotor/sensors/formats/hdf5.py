@@ -1,0 +1,117 @@
+"""Data sets of HDF5 files by their paths, and MATLAB's files since 7.3, which are HDF5 inside."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from .table import Column, Table, signals
+
+_UNITS = ("units", "unit", "Units", "Unit", "unit_string", "UNITS")
+
+
+def is_netcdf(file: Path) -> bool:
+    """Whether its data sets have dimensions, as xarray and netCDF write them."""
+    with h5py.File(file) as opened:
+        sets = [thing for _, thing in _walked(opened) if isinstance(thing, h5py.Dataset)]
+        return "_NCProperties" in opened.attrs or any(
+            "DIMENSION_LIST" in thing.attrs or thing.is_scale for thing in sets
+        )
+
+
+def read_hdf5(file: Path) -> Table:
+    """Names are paths: `group/signal`; of a table, `table/field`. Values are read when they are asked for."""
+    columns: dict[str, Column] = {}
+    notes: list[str] = []
+    others: dict[str, str] = {}
+    with h5py.File(file) as opened:
+        for name, thing in _walked(opened):
+            if words := _no_numbers(thing):
+                others[name] = words
+                continue
+            if isinstance(thing, h5py.Group):
+                continue
+            of_matlab = "MATLAB_class" in thing.attrs
+            for key, field in _fields(name, thing.dtype):
+                found, words = signals(
+                    key,
+                    thing.shape[::-1] if of_matlab else thing.shape,  # MATLAB's columns come first
+                    _reader(file, name, field, of_matlab),
+                    _unit(thing),
+                )
+                columns |= found
+                if words and found:
+                    notes.append(words)
+                elif words == "one number":
+                    others[key] = f"one number, {np.ravel(thing[()])[0]}"
+                elif words:
+                    others[key] = words
+    return Table(columns, tuple(notes), others)
+
+
+def _walked(group: h5py.Group, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Everything in a file, in its own order, without what MATLAB keeps for itself; a link that leads
+    nowhere, or back to where it came from, is passed over."""
+    for name in group:
+        linked = group.get(name, getlink=True)
+        thing = group.get(name) if isinstance(linked, h5py.HardLink) else None
+        if thing is None or path == "" and name in ("#refs#", "#subsystem#"):
+            continue
+        yield f"{path}{name}", thing
+        if isinstance(thing, h5py.Group) and path.count("/") < 20:
+            yield from _walked(thing, f"{path}{name}/")
+
+
+def _no_numbers(thing: Any) -> str:
+    """What a thing is instead of numbers, or ""."""
+    kind = _text(thing.attrs.get("MATLAB_class", b""))
+    if isinstance(thing, h5py.Group):
+        return ""
+    if "MATLAB_empty" in thing.attrs:
+        return "empty"
+    if kind == "cell":
+        return "a cell array: write what is in it as a matrix"
+    if kind == "char":
+        return "a text"
+    if "MATLAB_object_decode" in thing.attrs:
+        return f"a {kind}, which only MATLAB reads: write its columns as arrays"
+    if thing.dtype.kind == "O":
+        return "a text" if h5py.check_string_dtype(thing.dtype) else "references"
+    if thing.dtype.kind in "SU":
+        return "a text" if thing.size == 1 else "texts"
+    if thing.shape is None:
+        return "empty"
+    return ""
+
+
+def _fields(name: str, dtype: np.dtype) -> list[tuple[str, str | None]]:
+    """(name, field): a table's columns, each; anything else has none, MATLAB's complex numbers neither."""
+    if dtype.names is None or dtype.names == ("real", "imag"):
+        return [(name, None)]
+    return [(f"{name}/{field}", field) for field in dtype.names]
+
+
+def _reader(file: Path, name: str, field: str | None, transposed: bool) -> Any:
+    def read() -> np.ndarray:
+        with h5py.File(file) as opened:
+            thing: Any = opened[name]
+            values = thing[()] if field is None else thing.fields(field)[()]
+        if values.dtype.names:
+            values = values["real"] + 1j * values["imag"]
+        return values.T if transposed else values
+
+    return read
+
+
+def _unit(thing: Any) -> str:
+    for key in _UNITS:
+        if key in thing.attrs:
+            return _text(thing.attrs[key])
+    return ""
+
+
+def _text(given: Any) -> str:
+    one = np.ravel(given)[0] if np.size(given) else b""
+    return one.decode("utf-8", "replace") if isinstance(one, bytes) else str(one)
