@@ -28,26 +28,33 @@ def check_keys(given: dict[str, Any], known: tuple[str, ...], where: str) -> Non
             raise InputError(f"{where}: {unknown('key', key, known)}")
 
 
-def series_of(
+def table_of(
     told: dict[str, Any],
     folder: Path,
     where: str,
     tables: dict[tuple[Path, HowWritten], Table],
     wanted: frozenset[str],
-) -> Series:
+) -> Table:
+    """The file that a channel is in; each is read once, and kept in `tables`."""
     for key in ("file", "column"):
         if key not in told:
             raise InputError(f"{where}: `{key}` is missing")
     file, how = folder / str(told["file"]), _how_written(told, where)
-    clock = told.get("time", {})
-    clock = clock if isinstance(clock, dict) else {"column": clock}
-    check_keys(clock, _TIME_KEYS, f"{where}.time")
     if (file, how) not in tables:
-        tables[file, how] = read_table(file, how, wanted, 2 if "column" in clock else 1)
-    table = tables[file, how]
-    column = _found(table, str(told["column"]), file, where)
-    values = _numbers(column, str(told["column"]), file, where, _missing(told, where))
-    t = _instants(clock, table, column, len(values), file, where)
+        tables[file, how] = read_table(
+            file, how, wanted, 2 if "column" in _clock(told, where) else 1
+        )
+    return tables[file, how]
+
+
+def series_of(
+    told: dict[str, Any], folder: Path, where: str, where_time: str, table: Table
+) -> Series:
+    """The signal of a channel; `where`, `where_time`: in the record file."""
+    file, name = folder / str(told["file"]), str(told["column"])
+    column = _found(table, name, file, where)
+    values = _numbers(column, name, file, where, _missing(told, where))
+    t = _instants(_clock(told, where), table, column, len(values), file, where_time)
     if "offset" in told:
         t = t + _quantity(told["offset"], "s", f"{where}: offset")
     if not isinstance(sort := told.get("sort", False), bool):
@@ -56,7 +63,14 @@ def series_of(
     if sort:
         order = np.argsort(t, kind="stable")
         t, values = t[order], values[order]
-    return Series(t, values, unit, f"`{file.name}`: {told['column']}")
+    return Series(t, values, unit, f"`{file.name}`: {name}")
+
+
+def _clock(told: dict[str, Any], where: str) -> dict[str, Any]:
+    clock = told.get("time", {})
+    clock = clock if isinstance(clock, dict) else {"column": clock}
+    check_keys(clock, _TIME_KEYS, f"{where}.time")
+    return clock
 
 
 def _unit(told: dict[str, Any], column: Column, where: str) -> str:
@@ -80,10 +94,9 @@ def _unit(told: dict[str, Any], column: Column, where: str) -> str:
 
 
 def _instants(
-    clock: dict[str, Any], table: Table, column: Column, count: int, file: Path, where: str
+    clock: dict[str, Any], table: Table, column: Column, count: int, file: Path, place: str
 ) -> np.ndarray:
     """s: from a column, at a given rate, or as the file was sampled."""
-    place = f"{where}.time"
     ways = [key for key in ("column", "rate", "step") if key in clock]
     if len(ways) > 1:
         raise InputError(f"{place}: has {' and '.join(ways)}: keep one of them")
@@ -94,18 +107,23 @@ def _instants(
     if not ways:
         if column.times is None:
             raise InputError(
-                f"{where}: `time` is missing, and `{file.name}` does not say how it was sampled: write "
+                f"{place} is missing, and `{file.name}` does not say how it was sampled: write "
                 'time = "NAME", the column of instants, or time = { rate = "2048 Hz" } or { step = "0.5 ms" }'
             )
         return column.times()
     if ways == ["column"]:
         name = str(clock["column"])
-        instants = _found(table, name, file, where)
+        instants = _found(table, name, file, place)
         unit, why = told_unit(instants.unit)
         if why and "unit" not in clock:
             raise InputError(f'{place}: {why}: write time = {{ column = "{name}", unit = "s" }}')
         size = _size(clock.get("unit", unit or "s"), "s", place)
-        return size * _numbers(instants, name, file, where, ())
+        return size * _numbers(instants, name, file, place, ())
+    if UNKNOWN in str(clock[ways[0]]):
+        raise InputError(
+            f'{place}: {ways[0]} is still "{clock[ways[0]]}": write how it was sampled, such as rate = '
+            '"2048 Hz", or which column holds the instants'
+        )
     given = _quantity(clock[ways[0]], "Hz" if ways == ["rate"] else "s", f"{place}: {ways[0]}")
     if not given > 0:
         raise InputError(f"{place}: {ways[0]} must be positive, but is {shown(clock[ways[0]])}")

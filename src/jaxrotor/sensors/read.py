@@ -6,9 +6,9 @@ from typing import Any
 
 from ..core.arguments import path
 from ..core.document import read_document
-from ..core.errors import InputError
+from ..core.errors import InputError, refuse
 from ..core.gate import takes
-from .described import SHARED_KEYS, check_keys, series_of
+from .described import SHARED_KEYS, check_keys, series_of, table_of
 from .formats.kinds import read_table
 from .formats.table import Table
 from .formats.text import HowWritten, as_numbers
@@ -65,14 +65,23 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     if not isinstance(channels, dict) or not channels:
         raise InputError(f"`{place}`: names no channel: write [channels.NAME] with column and unit")
     tables: dict[tuple[Path, HowWritten], Table] = {}
-    series = {}
     wanted = _names(told, *channels.values())
+    opened = {}
     for name, own in channels.items():
         where = f"`{place}`: channels.{name}"
         if not isinstance(own, dict):
             raise InputError(f"{where} must be a table with column and unit, but is {own!r}")
         check_keys(own, _CHANNEL_KEYS, where)
-        series[name] = series_of({**told, **own}, place.parent, where, tables, wanted)
+        opened[name] = table_of({**told, **own}, place.parent, where, tables, wanted)
+    series, problems = {}, []
+    for name, own in channels.items():
+        where = f"`{place}`: channels.{name}"
+        over = f"{where}.time" if "time" in own else f"`{place}`: time"
+        try:
+            series[name] = series_of({**told, **own}, place.parent, where, over, opened[name])
+        except InputError as error:
+            problems += error.problems
+    refuse(dict.fromkeys(problems))
     notes = [
         f"`{key[0].name}`: {'; '.join(table.notes)}" for key, table in tables.items() if table.notes
     ]

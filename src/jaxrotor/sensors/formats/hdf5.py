@@ -7,7 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from .table import Column, Table, signals
+from .table import Gathering, Table
 
 _UNITS = ("units", "unit", "Units", "Unit", "unit_string", "UNITS")
 
@@ -23,32 +23,18 @@ def is_netcdf(file: Path) -> bool:
 
 def read_hdf5(file: Path) -> Table:
     """Names are paths: `group/signal`; of a table, `table/field`. Values are read when they are asked for."""
-    columns: dict[str, Column] = {}
-    notes: list[str] = []
-    others: dict[str, str] = {}
+    found = Gathering()
     with h5py.File(file) as opened:
         for name, thing in _walked(opened):
             if words := _no_numbers(thing):
-                others[name] = words
-                continue
-            if isinstance(thing, h5py.Group):
-                continue
-            of_matlab = "MATLAB_class" in thing.attrs
-            for key, field in _fields(name, thing.dtype):
-                found, words = signals(
-                    key,
-                    thing.shape[::-1] if of_matlab else thing.shape,  # MATLAB's columns come first
-                    _reader(file, name, field, of_matlab),
-                    _unit(thing),
-                )
-                columns |= found
-                if words and found:
-                    notes.append(words)
-                elif words == "one number":
-                    others[key] = f"one number, {np.ravel(thing[()])[0]}"
-                elif words:
-                    others[key] = words
-    return Table(columns, tuple(notes), others)
+                found.others[name] = words
+            elif isinstance(thing, h5py.Dataset):
+                of_matlab = "MATLAB_class" in thing.attrs  # its columns come first
+                shape = thing.shape[::-1] if of_matlab else thing.shape
+                for key, field in _fields(name, thing.dtype):
+                    read = _reader(file, name, field, of_matlab)
+                    found.add(key, shape, read, _unit(thing))
+    return found.table()
 
 
 def _walked(group: h5py.Group, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -8,30 +8,21 @@ import numpy as np
 import scipy.io
 from scipy.io.matlab import MatlabFunction, MatlabOpaque, mat_struct
 
-from .table import Column, Table, signals
+from .table import Gathering, Table
 
 
 def read_matlab(file: Path) -> Table:
-    columns: dict[str, Column] = {}
-    notes: list[str] = []
-    others: dict[str, str] = {}
+    found = Gathering()
     held = scipy.io.loadmat(file, struct_as_record=False)
     for variable, thing in held.items():
         if variable.startswith("__"):  # the file's header
             continue
         for name, value in _unfolded(variable, thing):
             if words := _no_numbers(value):
-                others[name] = words
-                continue
-            found, words = signals(name, value.shape, lambda v=value: v)
-            columns |= found
-            if words and found:
-                notes.append(words)
-            elif words == "one number":
-                others[name] = f"one number, {value.item()}"
-            elif words:
-                others[name] = words
-    return Table(columns, tuple(notes), others)
+                found.others[name] = words
+            else:
+                found.add(name, value.shape, lambda v=value: v)
+    return found.table()
 
 
 def _unfolded(name: str, value: Any) -> Iterator[tuple[str, Any]]:

@@ -5,22 +5,15 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from .table import Column, Table, signals
+from .table import Gathering, Table
 
 
 def read_netcdf(file: Path, classic: bool = False) -> Table:
     """`classic`: netCDF 3, which is no HDF5."""
-    columns: dict[str, Column] = {}
-    notes: list[str] = []
-    others: dict[str, str] = {}
+    found = Gathering()
     with xarray.open_dataset(file, engine="scipy" if classic else "h5netcdf") as opened:
         data = opened.load()
-    for key, variable in data.variables.items():
-        name, unit = str(key), str(variable.attrs.get("units", ""))
-        found, words = signals(name, variable.shape, lambda v=variable: np.asarray(v), unit)
-        columns |= found
-        if words and found:
-            notes.append(words)
-        elif words:
-            others[name] = words
-    return Table(columns, tuple(notes), others)
+    for name, variable in data.variables.items():
+        unit = str(variable.attrs.get("units", ""))
+        found.add(str(name), variable.shape, lambda v=variable: np.asarray(v), unit)
+    return found.table()

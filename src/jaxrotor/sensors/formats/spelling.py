@@ -30,6 +30,14 @@ def told_unit(text: str) -> tuple[str, str]:
 
 
 def unit_in(name: str) -> str:
-    """The unit at the end of a column's name, `a [m/s^2]`, in its own words, or ""."""
+    """The unit at the end of a column's name, `a [m/s^2]`, in its own words, or ""; `a[2]` is a column of a
+    matrix."""
     found = _ENDING.search(name)
-    return found[1].strip() if found else ""
+    return "" if found is None or found[1].strip().isdigit() else found[1].strip()
+
+
+def group_and_name(path: str) -> tuple[str, str]:
+    """`rig/a [m/s^2]`: `rig`, `a`."""
+    bare = _ENDING.sub("", path).strip() if unit_in(path) else path
+    group, _, name = bare.rpartition("/")
+    return group, name or path

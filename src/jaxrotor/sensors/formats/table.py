@@ -33,11 +33,13 @@ class Column(NamedTuple):
 
 
 class Table(NamedTuple):
-    """`notes`: what was found out about the file. `others`: what else is in it, by name: no columns."""
+    """`notes`: what was found out about the file. `others`: what else is in it, by name: no columns.
+    `single`: those of them that are one number."""
 
     columns: dict[str, Column]
     notes: tuple[str, ...] = ()
     others: dict[str, str] = {}
+    single: dict[str, float] = {}
 
 
 def even(start: float, step: float, count: int) -> Callable[[], np.ndarray]:
@@ -53,28 +55,48 @@ def real_numbers(values: np.ndarray, place: str) -> np.ndarray:
     raise InputError(f"{place} holds {held} and not real numbers: write it as numbers")
 
 
-def signals(
-    name: str, shape: tuple[int, ...], read: Callable[[], np.ndarray], unit: str = ""
-) -> tuple[dict[str, Column], str]:
-    """The columns of a stored array, and a note or the words for what it is instead. A row, or a column, is
-    one signal; of a matrix the longer side is time, and its signals are name[0], name[1] ..."""
-    long = tuple(n for n in shape if n != 1)
-    if len(long) == 1:
-        return {name: Column(lambda: read().ravel(), unit)}, ""
-    if len(long) != 2:
-        size = " x ".join(map(str, shape))
-        return {}, f"an array of {size}" if long else "one number"
-    if 0 in long:
-        return {}, "empty"
-    upright = long[0] >= long[1]
+class Gathering:
+    """A table in the making, from arrays of any shape."""
 
-    def signal(k: int) -> Column:
-        def values() -> np.ndarray:
-            matrix = read().reshape(long)
-            return matrix[:, k] if upright else matrix[k]
+    def __init__(self):
+        self.columns: dict[str, Column] = {}
+        self.notes: list[str] = []
+        self.others: dict[str, str] = {}
+        self.single: dict[str, float] = {}
 
-        return Column(values, unit)
+    def table(self) -> Table:
+        return Table(self.columns, tuple(self.notes), self.others, self.single)
 
-    side, count = ("columns", long[1]) if upright else ("rows", long[0])
-    note = f"the {count} {side} of `{name}` are `{name}[0]` to `{name}[{count - 1}]`"
-    return {f"{name}[{k}]": signal(k) for k in range(count)}, note
+    def add(
+        self, name: str, shape: tuple[int, ...], read: Callable[[], np.ndarray], unit: str = ""
+    ) -> None:
+        """A row, or a column, is one signal; of a matrix the longer side is time, and its signals are
+        name[0], name[1] ..."""
+        long = tuple(n for n in shape if n != 1)
+        if 0 in long:
+            self.others[name] = "empty"
+        elif len(long) == 1:
+            self.columns[name] = Column(lambda: read().ravel(), unit)
+        elif len(long) == 2:
+            upright = long[0] >= long[1]
+            count = long[1] if upright else long[0]
+            for k in range(count):
+                self.columns[f"{name}[{k}]"] = Column(_line(read, long, upright, k), unit)
+            side = "columns" if upright else "rows"
+            self.notes.append(
+                f"the {count} {side} of `{name}` are `{name}[0]` to `{name}[{count - 1}]`"
+            )
+        elif long:
+            self.others[name] = f"an array of {' x '.join(map(str, shape))}"
+        else:
+            value = read().ravel()[0]
+            self.others[name] = f"one number, {value}"
+            if np.asarray(value).dtype.kind in "iuf":
+                self.single[name] = float(value)
+
+
+def _line(
+    read: Callable[[], np.ndarray], shape: tuple[int, ...], upright: bool, k: int
+) -> Callable[[], np.ndarray]:
+    """One column, or one row, of a matrix."""
+    return lambda: read().reshape(shape)[:, k] if upright else read().reshape(shape)[k]

@@ -20,16 +20,16 @@ def read_wav(file: Path) -> Table:
             "audio program"
         )
     values = values.reshape(len(values), -1)
-    notes, unit = [f"{rate} Hz"], ""
+    notes, unit = (), ""
     if values.dtype.kind in "iu":
         info = np.iinfo(values.dtype)
         half = 2.0 ** (info.bits - 1)
         middle = half if values.dtype.kind == "u" else 0.0
-        notes.append("whole numbers are scaled: the full scale is 1")
+        notes = ("whole numbers are scaled: the full scale is 1",)
         values, unit = (values - middle) / half, "1"
 
     def column(k: int) -> Column:
         return Column(lambda: values[:, k], unit, even(0.0, 1.0 / rate, len(values)))
 
     names = {str(k + 1): column(k) for k in range(values.shape[1])}
-    return Table(names, tuple(notes))
+    return Table(names, notes)

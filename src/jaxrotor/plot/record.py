@@ -1,0 +1,157 @@
+"""What was recorded: signals above each other over one time, and their spectra."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..diagnostics.spectra import amplitudes
+from ..sensors.sampling import rate_of, runs
+from ..sensors.survey import Signal
+from .labels import number
+from .style import COLOURS, GREY, figure
+
+# More panels than these cannot be told apart on a page.
+MOST = 24
+# A signal of more values is drawn as the least and the greatest of each of so many stretches.
+_STRETCHES = 2000
+# Stretches of missing values are marked, the longest ones.
+_GAPS = 50
+# Pieces of a spectrum's mean, where the signal is long enough, and the fewest values of one.
+_PIECES, _SHORTEST = 8, 256
+# Lines below this part of the highest are rounding.
+_FLOOR = 1e-7
+
+
+def signals_over_time(signals: Sequence[Signal], title: str) -> np.ndarray:
+    """A panel for each signal, the first 24. A long one is drawn as the band between its least and greatest
+    values, so that no peak is lost; where nothing tells its time it stands over the numbers of its values."""
+    shown = list(signals[:MOST])
+    timed = all(one.t is not None for one in shown)
+    _, axes = _panels(len(shown), shared=timed)
+    for k, (one, panel) in enumerate(zip(shown, axes)):
+        along = np.arange(len(one.values)) if one.t is None else one.t
+        _trace(panel, along, one.values, COLOURS[k % len(COLOURS)])
+        _name(panel, one.name, one.unit or "unit ?")
+        if not timed:
+            panel.set_xlabel("value" if one.t is None else "time, s", fontsize=8)
+    if timed:
+        axes[-1].set_xlabel("time, s")
+        ends = np.concatenate([one.t[[0, -1]] for one in shown if one.t is not None])
+        if np.isfinite(ends).all() and ends.max() > ends.min():
+            axes[-1].set_xlim(ends.min(), ends.max())
+    _heading(axes, title, len(signals))
+    return axes
+
+
+class Spectrum(NamedTuple):
+    """`amplitude`, of a sine, at `frequency` (Hz), the mean of `pieces`; of the values from `start` to `end`,
+    s."""
+
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    pieces: int
+    start: float
+    end: float
+
+
+def spectrum_of(one: Signal) -> Spectrum | None:
+    """Of the longest stretch of an evenly sampled signal without a missing value, or `None` where there are
+    not 16 values side by side, or where they are all the same. The mean square of half-overlapping pieces,
+    Hann window (Welch's method)."""
+    rate = None if one.t is None else rate_of(one.t)
+    valid = runs(np.isfinite(one.values))
+    if rate is None or one.t is None or not valid:
+        return None
+    first, count = max(valid, key=lambda run: run[1])
+    if count < 16 or np.ptp(one.values[first : first + count]) == 0:
+        return None
+    length = min(count, max(_SHORTEST, 2 ** int(np.log2(2 * count / (_PIECES + 1)))))
+    values = one.values[first : first + count]
+    frames = np.lib.stride_tricks.sliding_window_view(values, length)[:: length // 2]
+    square = 0.0
+    for frame in frames:  # all at once a long record would not fit
+        f, found = amplitudes(frame, rate, "hann")
+        square = square + found**2
+    amplitude = np.sqrt(square / len(frames))
+    return Spectrum(f, amplitude, len(frames), one.t[first], one.t[first + count - 1])
+
+
+def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
+    """A panel for each signal that has a spectrum, the first 24; `None` where none has."""
+    found = [(k, one, s) for k, one in enumerate(signals) if (s := spectrum_of(one)) is not None]
+    if not found:
+        return None
+    shown = found[:MOST]
+    _, axes = _panels(len(shown), shared=True)
+    for panel, (k, one, spectrum) in zip(axes, shown):
+        f, amplitude = spectrum.frequency[1:], spectrum.amplitude[1:]
+        top = amplitude.max()
+        panel.semilogy(
+            f, np.maximum(amplitude, _FLOOR * top), color=COLOURS[k % len(COLOURS)], linewidth=0.9
+        )
+        panel.set_ylim(max(0.05 * float(np.median(amplitude)), _FLOOR * top), 2 * top)
+        lines = f"{spectrum.pieces} pieces, lines {number(f[0])} Hz apart"
+        t = one.t
+        if t is not None and (spectrum.start, spectrum.end) != (t[0], t[-1]):
+            lines += f", {number(spectrum.start)} to {number(spectrum.end)} s"
+        _name(panel, one.name, one.unit or "unit ?", lines)
+    axes[-1].set_xlabel("frequency, Hz")
+    axes[-1].set_xlim(0.0, max(spectrum.frequency[-1] for _, _, spectrum in shown))
+    _heading(axes, title, len(found))
+    return axes
+
+
+def _panels(count: int, shared: bool):
+    height = float(np.clip(11.0 / count, 0.75, 2.6))
+    fig, axes = figure(count, 1, (9.5, 1.2 + height * count), sharex=shared)
+    for one in axes[:, 0]:
+        one.tick_params(labelsize=8)
+        one.locator_params(axis="y", nbins=4)
+    return fig, axes[:, 0]
+
+
+def _name(panel: Axes, name: str, unit: str, more: str = "") -> None:
+    short = name if len(name) <= 60 else f"{name[:40]}...{name[-16:]}"
+    panel.set_title(short.replace("$", r"\$"), fontsize=9, loc="left", pad=3)
+    for written, read in (("^2", "²"), ("^3", "³"), ("*", "·"), ("$", r"\$")):
+        unit = unit.replace(written, read)
+    panel.set_ylabel(unit, fontsize=8)
+    if more:
+        panel.set_title(more, fontsize=7.5, loc="right", pad=3, color=GREY)
+
+
+def _heading(axes: np.ndarray, title: str, count: int) -> None:
+    axes[0].figure.align_ylabels(axes)
+    more = f", the first {len(axes)} of {count}" if count > len(axes) else ""
+    axes[0].figure.suptitle(f"{title}{more}".replace("$", r"\$"), fontsize=11, x=0.01, ha="left")
+
+
+def _trace(panel: Axes, along: np.ndarray, values: np.ndarray, colour: str) -> None:
+    order = np.argsort(along, kind="stable") if (np.diff(along) < 0).any() else slice(None)
+    along, values = along[order], values[order]
+    missing = sorted(runs(~np.isfinite(values)), key=lambda run: -run[1])[:_GAPS]
+    for first, count in missing:
+        ends = along[[max(first - 1, 0), min(first + count, along.size - 1)]]
+        panel.axvspan(*ends, color=GREY, alpha=0.3, linewidth=0.8)
+    if values.size <= 2 * _STRETCHES:
+        alone = values.size <= 60
+        panel.plot(along, values, color=colour, linewidth=0.9, marker="." if alone else None)
+        return
+    x, low, high = stretches(along, values)
+    panel.fill_between(x, low, high, color=colour, linewidth=0.6)
+
+
+def stretches(along: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middle, least and greatest value of each of many stretches; neighbours share a value, so that the band
+    has no holes; nan where all of a stretch is missing."""
+    edges = np.linspace(0, values.size - 1, _STRETCHES + 1).astype(int)
+    x = 0.5 * (along[edges[:-1]] + along[edges[1:]])
+    low, high = np.full(x.size, np.nan), np.full(x.size, np.nan)
+    for k, (a, b) in enumerate(zip(edges[:-1], edges[1:])):
+        part = values[a : b + 1]
+        part = part[np.isfinite(part)]
+        if part.size:
+            low[k], high[k] = part.min(), part.max()
+    return x, low, high
