@@ -5,12 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator
 
 from ..diagnostics.spectra import amplitudes
 from ..sensors.sampling import rate_of, runs
 from ..sensors.survey import Signal
 from .labels import number
-from .style import COLOURS, GREY, figure
+from .style import COLOURS, GREY, figure, new_figure
 
 # More panels than these cannot be told apart on a page.
 MOST = 24
@@ -29,7 +30,7 @@ def signals_over_time(signals: Sequence[Signal], title: str) -> np.ndarray:
     values, so that no peak is lost; where nothing tells its time it stands over the numbers of its values."""
     shown = list(signals[:MOST])
     timed = all(one.t is not None for one in shown)
-    _, axes = _panels(len(shown), shared=timed)
+    axes = _panels(len(shown), shared=timed)
     for k, (one, panel) in enumerate(zip(shown, axes)):
         along = np.arange(len(one.values)) if one.t is None else one.t
         _trace(panel, along, one.values, COLOURS[k % len(COLOURS)])
@@ -84,13 +85,15 @@ def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
     if not found:
         return None
     shown = found[:MOST]
-    _, axes = _panels(len(shown), shared=True)
+    axes = _panels(len(shown), shared=True)
     for panel, (k, one, spectrum) in zip(axes, shown):
         f, amplitude = spectrum.frequency[1:], spectrum.amplitude[1:]
         top = amplitude.max()
         panel.semilogy(
             f, np.maximum(amplitude, _FLOOR * top), color=COLOURS[k % len(COLOURS)], linewidth=0.9
         )
+        panel.yaxis.set_major_locator(LogLocator(numticks=5))
+        panel.yaxis.set_minor_locator(NullLocator())
         panel.set_ylim(max(0.05 * float(np.median(amplitude)), _FLOOR * top), 2 * top)
         lines = f"{spectrum.pieces} pieces, lines {number(f[0])} Hz apart"
         t = one.t
@@ -103,13 +106,21 @@ def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
     return axes
 
 
-def _panels(count: int, shared: bool):
+def _panels(count: int, shared: bool) -> np.ndarray:
     height = float(np.clip(11.0 / count, 0.75, 2.6))
-    fig, axes = figure(count, 1, (9.5, 1.2 + height * count), sharex=shared)
+    width, below, above, gap = 9.5, 0.55, 0.7, 0.32 if shared else 0.6
+    high = below + above + height * count
+    # laid out by hand: to find out where two dozen panels may stand takes matplotlib half a minute
+    new = new_figure((width, high))
+    look = dict(left=0.9 / width, right=1 - 0.2 / width, bottom=below / high, top=1 - above / high)
+    panels = new.subplots(
+        count, 1, sharex=shared, squeeze=False, gridspec_kw=look | {"hspace": gap / (height - gap)}
+    )
+    _, axes = figure(count, 1, ax=panels.ravel())
     for one in axes[:, 0]:
         one.tick_params(labelsize=8)
         one.locator_params(axis="y", nbins=4)
-    return fig, axes[:, 0]
+    return axes[:, 0]
 
 
 def _name(panel: Axes, name: str, unit: str, more: str = "") -> None:
@@ -125,7 +136,9 @@ def _name(panel: Axes, name: str, unit: str, more: str = "") -> None:
 def _heading(axes: np.ndarray, title: str, count: int) -> None:
     axes[0].figure.align_ylabels(axes)
     more = f", the first {len(axes)} of {count}" if count > len(axes) else ""
-    axes[0].figure.suptitle(f"{title}{more}".replace("$", r"\$"), fontsize=11, x=0.01, ha="left")
+    axes[0].figure.suptitle(
+        f"{title}{more}".replace("$", r"\$"), fontsize=11, x=0.01, ha="left", va="top"
+    )
 
 
 def _trace(panel: Axes, along: np.ndarray, values: np.ndarray, colour: str) -> None:

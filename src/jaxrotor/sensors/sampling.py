@@ -117,15 +117,17 @@ def _clipped(values: np.ndarray, end: float) -> int:
 
 def _spikes(values: np.ndarray) -> np.ndarray:
     """Where single values stand out of all that is near."""
-    from scipy.ndimage import maximum_filter1d, median_filter
+    from scipy.ndimage import median_filter
 
     if values.size < 2 * _NEAR:
         return np.zeros(0, int)
     off = np.abs(values - median_filter(values, 5, mode="nearest"))
     high = np.flatnonzero(off > _HIGH * np.ptp(values))
-    if not high.size:
-        return high
-    # what a spike itself spoils in its neighbours' medians is small, but not nothing
-    around = off.copy()
-    around[high] = 0.0
-    return high[off[high] > _ALONE * maximum_filter1d(around, 2 * _NEAR + 1)[high]]
+    if high.size > values.size // 100:  # then they are what it is made of
+        return np.zeros(0, int)
+
+    def alone(k: int) -> bool:
+        near = np.concatenate([off[max(k - _NEAR, 0) : k], off[k + 1 : k + 1 + _NEAR]])
+        return bool(off[k] > _ALONE * near.max())
+
+    return high[[alone(k) for k in high]]

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.units import known_unit
+from .spelling import told_unit
 from .table import Column, Table
 
 # In this order: where two would do, what a decimal comma or a name cannot hold comes first.
@@ -190,13 +191,19 @@ def _header(
             f"`{file}`: line {rows[0][0]} holds numbers where the names of the columns are looked for: "
             "write them above, parted as the numbers are"
         )
-    at = next((i for i in named if wanted & set(rows[i][1])), named[-1])
-    units: list[str] = []
-    if at + 1 < len(rows) and at + 1 in named:
-        bare = ["1" if x == "-" else x.strip("[]()") for x in rows[at + 1][1]]
-        units = bare if all(map(known_unit, bare)) else []
+    last = named[-1]
+    if last - 1 in named and _units(rows[last][1]):
+        last -= 1
+    at = next((i for i in named if wanted & set(rows[i][1])), last)
+    units = _units(rows[at + 1][1]) if at + 1 < len(rows) and at + 1 in named else []
     return rows[at][1], units, at + 1 + bool(units), rows[at][0] - 1
 
 
 def _numeric(row: list[str]) -> bool:
     return all(map(_NUMBER.fullmatch, row))
+
+
+def _units(row: list[str]) -> list[str]:
+    """Those of a line of units, or nothing where one of its entries is none."""
+    bare = ["1" if x == "-" else x.strip("[]()") for x in row]
+    return bare if all(known_unit(x) or told_unit(x)[0] for x in bare) else []
