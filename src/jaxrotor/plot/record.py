@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 
 from ..diagnostics.spectra import amplitudes
-from ..sensors.sampling import rate_of, runs
+from ..sensors.sampling import gaps, rate_of, runs
 from ..sensors.survey import Signal
 from .labels import number
 from .style import COLOURS, GREY, figure, new_figure
@@ -17,7 +17,7 @@ from .style import COLOURS, GREY, figure, new_figure
 MOST = 24
 # A signal of more values is drawn as the least and the greatest of each of so many stretches.
 _STRETCHES = 2000
-# Stretches of missing values are marked, the longest ones.
+# So many gaps, and the longest stretches of missing values, are marked.
 _GAPS = 50
 # Pieces of a spectrum's mean, where the signal is long enough, and the fewest values of one.
 _PIECES, _SHORTEST = 8, 256
@@ -36,7 +36,8 @@ def signals_over_time(signals: Sequence[Signal], title: str) -> np.ndarray:
         _trace(panel, along, one.values, COLOURS[k % len(COLOURS)])
         _name(panel, one.name, one.unit or "unit ?")
         if not timed:
-            panel.set_xlabel("value" if one.t is None else "time, s", fontsize=8)
+            panel.margins(x=0.0)
+            panel.set_xlabel("number of the value" if one.t is None else "time, s", fontsize=8)
     if timed:
         axes[-1].set_xlabel("time, s")
         ends = np.concatenate([one.t[[0, -1]] for one in shown if one.t is not None])
@@ -76,7 +77,8 @@ def spectrum_of(one: Signal) -> Spectrum | None:
         f, found = amplitudes(frame, rate, "hann")
         square = square + found**2
     amplitude = np.sqrt(square / len(frames))
-    return Spectrum(f, amplitude, len(frames), one.t[first], one.t[first + count - 1])
+    start, end = float(one.t[first]), float(one.t[first + count - 1])
+    return Spectrum(f, amplitude, len(frames), start, end)
 
 
 def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
@@ -85,6 +87,7 @@ def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
     if not found:
         return None
     shown = found[:MOST]
+    words = {k: _said(one, spectrum) for k, one, spectrum in shown}
     axes = _panels(len(shown), shared=True)
     for panel, (k, one, spectrum) in zip(axes, shown):
         f, amplitude = spectrum.frequency[1:], spectrum.amplitude[1:]
@@ -92,18 +95,25 @@ def spectra(signals: Sequence[Signal], title: str) -> np.ndarray | None:
         panel.semilogy(
             f, np.maximum(amplitude, _FLOOR * top), color=COLOURS[k % len(COLOURS)], linewidth=0.9
         )
-        panel.yaxis.set_major_locator(LogLocator(numticks=5))
+        panel.yaxis.set_major_locator(LogLocator(numticks=5 if len(shown) <= 10 else 3))
         panel.yaxis.set_minor_locator(NullLocator())
         panel.set_ylim(max(0.05 * float(np.median(amplitude)), _FLOOR * top), 2 * top)
-        lines = f"{spectrum.pieces} pieces, lines {number(f[0])} Hz apart"
-        t = one.t
-        if t is not None and (spectrum.start, spectrum.end) != (t[0], t[-1]):
-            lines += f", {number(spectrum.start)} to {number(spectrum.end)} s"
-        _name(panel, one.name, one.unit or "unit ?", lines)
+        more = words[k] if len(set(words.values())) > 1 else ""
+        _name(panel, one.name, one.unit or "unit ?", more)
     axes[-1].set_xlabel("frequency, Hz")
     axes[-1].set_xlim(0.0, max(spectrum.frequency[-1] for _, _, spectrum in shown))
-    _heading(axes, title, len(found))
+    alike = f" ({words[shown[0][0]]})" if len(set(words.values())) == 1 else ""
+    _heading(axes, f"{title}{alike}", len(found))
     return axes
+
+
+def _said(one: Signal, spectrum: Spectrum) -> str:
+    """How a spectrum was made."""
+    pieces = f"mean of {spectrum.pieces} pieces, " if spectrum.pieces > 1 else ""
+    part = ""
+    if one.t is not None and (spectrum.start, spectrum.end) != (one.t[0], one.t[-1]):
+        part = f", from {number(spectrum.start)} to {number(spectrum.end)} s"
+    return f"{pieces}lines {number(float(spectrum.frequency[1]))} Hz apart{part}"
 
 
 def _panels(count: int, shared: bool) -> np.ndarray:
@@ -134,10 +144,16 @@ def _name(panel: Axes, name: str, unit: str, more: str = "") -> None:
 
 
 def _heading(axes: np.ndarray, title: str, count: int) -> None:
+    high = axes[0].figure.get_figheight()
     axes[0].figure.align_ylabels(axes)
     more = f", the first {len(axes)} of {count}" if count > len(axes) else ""
     axes[0].figure.suptitle(
-        f"{title}{more}".replace("$", r"\$"), fontsize=11, x=0.01, ha="left", va="top"
+        f"{title}{more}".replace("$", r"\$"),
+        fontsize=11,
+        x=0.01,
+        y=1 - 0.1 / high,
+        ha="left",
+        va="top",
     )
 
 
@@ -145,21 +161,24 @@ def _trace(panel: Axes, along: np.ndarray, values: np.ndarray, colour: str) -> N
     order = np.argsort(along, kind="stable") if (np.diff(along) < 0).any() else slice(None)
     along, values = along[order], values[order]
     missing = sorted(runs(~np.isfinite(values)), key=lambda run: -run[1])[:_GAPS]
-    for first, count in missing:
-        ends = along[[max(first - 1, 0), min(first + count, along.size - 1)]]
-        panel.axvspan(*ends, color=GREY, alpha=0.3, linewidth=0.8)
-    if values.size <= 2 * _STRETCHES:
-        alone = values.size <= 60
-        panel.plot(along, values, color=colour, linewidth=0.9, marker="." if alone else None)
-        return
-    x, low, high = stretches(along, values)
-    panel.fill_between(x, low, high, color=colour, linewidth=0.6)
+    breaks = gaps(along)[:_GAPS]
+    ends = [(max(first - 1, 0), min(first + count, along.size - 1)) for first, count in missing]
+    for first, last in [*ends, *((k, k + 1) for k in breaks)]:
+        panel.axvspan(float(along[first]), float(along[last]), color=GREY, alpha=0.3, linewidth=0.8)
+    for x, y in zip(np.split(along, breaks + 1), np.split(values, breaks + 1)):
+        if values.size <= 2 * _STRETCHES:
+            few = values.size <= 60
+            panel.plot(x, y, color=colour, linewidth=0.9, marker="." if few else None)
+        else:
+            middle, low, high = stretches(x, y)
+            panel.fill_between(middle, low, high, color=colour, linewidth=0.9)
 
 
 def stretches(along: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Middle, least and greatest value of each of many stretches; neighbours share a value, so that the band
     has no holes; nan where all of a stretch is missing."""
-    edges = np.linspace(0, values.size - 1, _STRETCHES + 1).astype(int)
+    count = max(1, min(_STRETCHES, values.size // 2))
+    edges = np.linspace(0, values.size - 1, count + 1).astype(int)
     x = 0.5 * (along[edges[:-1]] + along[edges[1:]])
     low, high = np.full(x.size, np.nan), np.full(x.size, np.nan)
     for k, (a, b) in enumerate(zip(edges[:-1], edges[1:])):

@@ -27,6 +27,15 @@ def _grid(t: np.ndarray) -> tuple[float, float]:
     return step, float(np.abs(t - (t[0] + step * np.arange(t.size))).max()) / step
 
 
+def gaps(t: np.ndarray) -> np.ndarray:
+    """After which instants there is a gap."""
+    steps = np.diff(t)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    if not usual > 0:
+        return np.zeros(0, int)
+    return np.flatnonzero(steps > max(_GAP * usual, _LONG * float(np.quantile(steps, 0.9))))
+
+
 def suspicions(t: np.ndarray | None, values: np.ndarray) -> list[str]:
     """What is odd about a signal, in plain words; nothing, mostly. `t`: s."""
     found = [] if t is None else _of_time(t)
@@ -72,17 +81,15 @@ def _of_time(t: np.ndarray) -> list[str]:
         out.append(
             f"time falls {_count(count, 'time', 'times')}, first in row {k + 1}, to {t[k]:.6g} s"
         )
-    usual = float(np.median(steps)) if steps.size else 0.0
     off = _grid(t)[1]
     if _EXACT < off <= _EVEN:
         out.append(f"instants are off an even grid by up to {off:.2g} of a step: are they rounded?")
-    if usual > 0:
-        gaps = np.flatnonzero(steps > max(_GAP * usual, _LONG * float(np.quantile(steps, 0.9))))
-        if gaps.size:
-            k = gaps[np.argmax(steps[gaps])]
-            out.append(
-                f"{_count(gaps.size, 'gap', 'gaps')} in time, the longest {steps[k]:.4g} s at {t[k]:.6g} s"
-            )
+    longer = gaps(t)
+    if longer.size:
+        k = longer[np.argmax(steps[longer])]
+        out.append(
+            f"{_count(longer.size, 'gap', 'gaps')} in time, the longest {steps[k]:.4g} s at {t[k]:.6g} s"
+        )
     return out
 
 
@@ -130,4 +137,4 @@ def _spikes(values: np.ndarray) -> np.ndarray:
         near = np.concatenate([off[max(k - _NEAR, 0) : k], off[k + 1 : k + 1 + _NEAR]])
         return bool(off[k] > _ALONE * near.max())
 
-    return high[[alone(k) for k in high]]
+    return high[[alone(int(k)) for k in high]]
