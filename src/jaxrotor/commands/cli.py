@@ -215,6 +215,8 @@ def _sweep(given: argparse.Namespace) -> int:
 def _record(given: argparse.Namespace) -> int:
     from .record import init_record, run_record
 
+    if is_command_line():
+        raise_from_now_on()
     if given.init is None:
         return run_record(given.file, given.out, given.force)
     return init_record(given.file, Path(given.init) if given.init else None, given.force)

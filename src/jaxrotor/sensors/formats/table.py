@@ -1,5 +1,6 @@
 """What every reader of a file gives: columns by name."""
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -80,8 +81,9 @@ class Gathering:
         elif len(long) == 2:
             upright = long[0] >= long[1]
             count = long[1] if upright else long[0]
+            once = functools.cache(read)  # not for each of its signals
             for k in range(count):
-                self.columns[f"{name}[{k}]"] = Column(_line(read, long, upright, k), unit)
+                self.columns[f"{name}[{k}]"] = Column(_line(once, long, upright, k), unit)
             side = "columns" if upright else "rows"
             self.notes.append(
                 f"the {count} {side} of `{name}` are `{name}[0]` to `{name}[{count - 1}]`"
