@@ -186,11 +186,19 @@ def test_plain_hdf5(tmp_path):
         file["log"] = rows
         file["words"] = "many"
         file["cube"] = np.zeros((3, 4, 5))
+        pairs = np.zeros(50, [("at", "f8"), ("xy", "f8", (2,))])
+        pairs["xy"][:, 1] = B
+        file["orbit"] = pairs
+        rig["round"] = rig  # a link back
+        file["short"], file["nowhere"] = h5py.SoftLink("/rig/a"), h5py.SoftLink("/none")
     asked = {"a": "rig/a", "one": ("both[1]", "mm"), "b": ("log/b", "mm")}
+    asked |= {"y": ("orbit/xy[1]", "mm"), "again": "short"}
     found = read(tmp_path, "run.h5", asked, 'time = "rig/t"\n')
     assert found["a"].unit == "m/s^2"
     np.testing.assert_array_equal(found["a"].values, np.float32(A))
+    np.testing.assert_array_equal(found["again"].values, np.float32(A))
     np.testing.assert_array_equal(found["one"].values, B)
+    np.testing.assert_array_equal(found["y"].values, B)
     np.testing.assert_array_equal(found["b"].values, np.float32(B))
     np.testing.assert_array_equal(found["b"].t, T)
     for column, words in {

@@ -30,30 +30,41 @@ def read_hdf5(file: Path) -> Table:
                 found.others[name] = words
             elif isinstance(thing, h5py.Dataset):
                 of_matlab = "MATLAB_class" in thing.attrs  # its columns come first
-                shape = thing.shape[::-1] if of_matlab else thing.shape
                 for key, field in _fields(name, thing.dtype):
-                    read = _reader(file, name, field, of_matlab)
-                    found.add(key, shape, read, _unit(thing))
+                    inner = () if field is None else thing.dtype[field].shape
+                    shape = thing.shape[::-1] if of_matlab else (*thing.shape, *inner)
+                    found.add(key, shape, _reader(file, name, field, of_matlab), _unit(thing))
     return found.table()
 
 
-def _walked(group: h5py.Group, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Everything in a file, in its own order, without what MATLAB keeps for itself; a link that leads
-    nowhere, or back to where it came from, is passed over."""
-    for name in group:
-        linked = group.get(name, getlink=True)
-        thing = group.get(name) if isinstance(linked, h5py.HardLink) else None
-        if thing is None or path == "" and name in ("#refs#", "#subsystem#"):
+def _walked(group: h5py.Group) -> Iterator[tuple[str, Any]]:
+    """Everything in a file, in its own order, without what MATLAB keeps for itself; a link that leads nowhere
+    is passed over, and so is one to a group that was there already."""
+    root: Any = group["/"]
+    waiting, seen = [("", root)], set()
+    while waiting:
+        path, inside = waiting.pop()
+        if inside in seen:
             continue
-        yield f"{path}{name}", thing
-        if isinstance(thing, h5py.Group) and path.count("/") < 20:
-            yield from _walked(thing, f"{path}{name}/")
+        seen.add(inside)
+        deeper = []
+        for name in inside:
+            try:
+                thing = inside[name]
+            except (KeyError, OSError):
+                continue
+            if path == "" and name in ("#refs#", "#subsystem#"):
+                continue
+            yield f"{path}{name}", thing
+            if isinstance(thing, h5py.Group):
+                deeper.append((f"{path}{name}/", thing))
+        waiting += reversed(deeper)
 
 
 def _no_numbers(thing: Any) -> str:
     """What a thing is instead of numbers, or ""."""
     kind = _text(thing.attrs.get("MATLAB_class", b""))
-    if isinstance(thing, h5py.Group):
+    if not isinstance(thing, h5py.Dataset):  # a group, a named type
         return ""
     if "MATLAB_empty" in thing.attrs:
         return "empty"
@@ -64,7 +75,10 @@ def _no_numbers(thing: Any) -> str:
     if "MATLAB_object_decode" in thing.attrs:
         return f"a {kind}, which only MATLAB reads: write its columns as arrays"
     if thing.dtype.kind == "O":
-        return "a text" if h5py.check_string_dtype(thing.dtype) else "references"
+        if h5py.check_string_dtype(thing.dtype):
+            return "a text"
+        vlen = h5py.check_vlen_dtype(thing.dtype)
+        return "rows of different lengths: write them as one matrix" if vlen else "references"
     if thing.dtype.kind in "SU":
         return "a text" if thing.size == 1 else "texts"
     if thing.shape is None:

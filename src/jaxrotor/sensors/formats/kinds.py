@@ -39,6 +39,8 @@ _EXTRAS = {
 def read_table(file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2) -> Table:
     """The columns of a file of any kind; `how`, `wanted`, `least`: for a text file. Raises `InputError`, and
     `MissingExtraError` for a library that is not there."""
+    if file.is_dir():
+        raise InputError(f"`{file}`: is a folder: name a file in it")
     if not file.is_file():
         raise InputError(f"`{file}`: there is no such file")
     by_name = _ENDINGS.get(file.suffix.lower(), "")
