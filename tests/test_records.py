@@ -108,7 +108,7 @@ def test_bad_tables(tmp_path, change, words):
         ("file = 3 4", "is no valid TOML at line 1"),
         (MAP.replace('column = "a"', 'colum = "a"'), "colum.*did you mean `column`"),
         (MAP.replace("m/s^2", "m/s^^2"), "is no unit"),
-        (MAP.replace('unit = "ms"', 'unit = "mm"'), "channels.housing.time: its unit"),
+        (MAP.replace('unit = "ms"', 'unit = "mm"'), ": time: its unit"),
         (MAP.replace("2 ms", "2 mm"), "must be in s"),
         (MAP.replace("run.csv", "walk.csv"), "walk.csv`: there is no such file"),
         (MAP.replace("run.csv", "run.xls"), "no such file"),

@@ -1,4 +1,5 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize|sweep STUDY.toml`.
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize|sweep STUDY.toml`,
+`jaxrotor record FILE`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -48,6 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "identify": _identify,
             "optimize": _optimize,
             "sweep": _sweep,
+            "record": _record,
         }
         with time_limit(limit):
             return commands[given.command](given)
@@ -208,6 +210,16 @@ def _sweep(given: argparse.Namespace) -> int:
     from .sweep import run_sweep
 
     return run_sweep(_load(given.study), given.out, given.resume, given.quiet, given.force)
+
+
+def _record(given: argparse.Namespace) -> int:
+    from .record import init_record, run_record
+
+    if is_command_line():
+        raise_from_now_on()
+    if given.init is None:
+        return run_record(given.file, given.out, given.force)
+    return init_record(given.file, Path(given.init) if given.init else None, given.force)
 
 
 if __name__ == "__main__":

@@ -45,6 +45,7 @@ examples:
   jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
   jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
   jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
+  jaxrotor record run_up.csv                               what is in a file of measured data, drawn
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -122,6 +123,32 @@ what it writes:
   summary.json        percentiles, shares within limits, what matters, which cases failed and why
   distributions.png   histograms and shares; scatter.png: outputs over parameters; sensitivity.png: what
                       matters; lines.png, map.png: of a grid; <output>.png: percentiles over speed or time
+"""
+
+
+_RECORD = """\
+FILE holds measured signals: a text table (.csv, .txt, ...), .parquet, netCDF, HDF5, MATLAB's .mat, a
+universal file (.uff, .unv), TDMS or WAV; or it is a record file in TOML that describes one, as [identify]
+and jr.read_record take it.
+
+  jaxrotor record run_up.mat                       what is in it, which is time, what looks wrong
+  jaxrotor record run_up.mat --init                writes run_up.toml: a record file with what was found
+  jaxrotor record run_up.toml                      what the record file makes of it
+
+A record file says which column is what:
+
+  file = "run_up.mat"
+  time = { column = "t", unit = "ms" }     or { rate = "2048 Hz" }; none where the file knows its rate
+  [channels.housing]                       the name of a sensor
+  column = "run/acc[2]"                    third column of the matrix acc in the struct run
+  unit = "m/s^2"
+
+What --init cannot know it writes as "?", and that is refused until you write what it is.
+
+what it writes, without --init:
+  signals.png    all signals over time; nothing between two pixels is lost
+  spectra.png    amplitudes over frequency, of what is evenly sampled
+  summary.json   the table, and what looks wrong: clipped, constant, missing, spikes, gaps, repeated times
 """
 
 
@@ -225,6 +252,27 @@ def parser() -> argparse.ArgumentParser:
     many.add_argument("--quiet", action="store_true", help="no progress bar, no table")
     many.add_argument(
         "--force", action="store_true", help="write into a folder in use, over a stopped sweep too"
+    )
+    record = commands.add_parser(
+        "record",
+        help="show what a file of measured data holds, or write a record file for it",
+        description="Show what a file of measured data holds, or write a record file for it.",
+        epilog=_RECORD,
+        formatter_class=raw,
+    )
+    record.add_argument("file", metavar="FILE", type=Path, help="a file of data, or a record file")
+    record.add_argument(
+        "-o", "--out", metavar="DIR", type=Path, help="folder (default: results/<file>_record)"
+    )
+    record.add_argument(
+        "--init",
+        metavar="NAME.toml",
+        nargs="?",
+        const="",
+        help="write a record file for FILE instead (default: beside it, ending in .toml)",
+    )
+    record.add_argument(
+        "--force", action="store_true", help="write into a folder in use, or over a record file"
     )
     for lasting in (run, found, best, many):
         lasting.add_argument(

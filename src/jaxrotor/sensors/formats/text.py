@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.errors import InputError
-from ..core.units import known_unit
+from ...core.errors import InputError
+from ...core.units import known_unit
+from .spelling import told_unit
+from .table import Column, Table
 
 # In this order: where two would do, what a decimal comma or a name cannot hold comes first.
 _SEPARATORS = {"\t": "tab", ";": "';'", "|": "'|'", ",": "','", " ": "spaces"}
@@ -31,22 +33,10 @@ class HowWritten(NamedTuple):
     encoding: str | None = None
 
 
-class TextTable(NamedTuple):
-    """Columns of texts by name, numbers with a decimal point; `units` where the file has a line of them;
-    `lines`: where each row stands in the file, from 1; `notes`: what was found out about it."""
-
-    columns: dict[str, list[str]]
-    units: dict[str, str]
-    lines: list[int]
-    notes: tuple[str, ...]
-
-
-def read_text_table(
-    file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2
-) -> TextTable:
-    """`wanted`: names that are looked for in the line of names; `least`: how many columns there must be.
-    Raises `InputError` with the line for rows of another length, for names that stand twice, and for files
-    without such a table."""
+def read_text_table(file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2) -> Table:
+    """Columns of texts, numbers with a decimal point. `wanted`: names that are looked for in the line of
+    names; `least`: how many columns there must be. Raises `InputError` with the line for rows of another
+    length, for names that stand twice, and for files without such a table."""
     text, notes = _decoded(file, how.encoding)
     lines = text.splitlines()
     numbered = [
@@ -83,9 +73,13 @@ def read_text_table(
     if body and body[-1][0] == len(lines) and not text.endswith(("\n", "\r")):
         body = body[:-1]
         notes.append("the last line has no end, so its last number may be cut off: left out")
-    columns = {name: [row[i] for _, row in body] for i, name in enumerate(names)}
-    named = {name: unit for name, unit in zip(names, units) if unit}
-    return TextTable(columns, named, [k for k, _ in body], tuple(notes))
+    units = dict(zip(names, units))
+    lines_of = [k for k, _ in body]
+
+    def column(i: int) -> Column:
+        return Column(lambda: [row[i] for _, row in body], units.get(names[i], ""), None, lines_of)
+
+    return Table({name: column(i) for i, name in enumerate(names)}, tuple(notes))
 
 
 def as_numbers(texts: list[str]) -> np.ndarray | int:
@@ -197,13 +191,19 @@ def _header(
             f"`{file}`: line {rows[0][0]} holds numbers where the names of the columns are looked for: "
             "write them above, parted as the numbers are"
         )
-    at = next((i for i in named if wanted & set(rows[i][1])), named[-1])
-    units: list[str] = []
-    if at + 1 < len(rows) and at + 1 in named:
-        bare = ["1" if x == "-" else x.strip("[]()") for x in rows[at + 1][1]]
-        units = bare if all(map(known_unit, bare)) else []
+    last = named[-1]
+    if last - 1 in named and _units(rows[last][1]):
+        last -= 1
+    at = next((i for i in named if wanted & set(rows[i][1])), last)
+    units = _units(rows[at + 1][1]) if at + 1 < len(rows) and at + 1 in named else []
     return rows[at][1], units, at + 1 + bool(units), rows[at][0] - 1
 
 
 def _numeric(row: list[str]) -> bool:
     return all(map(_NUMBER.fullmatch, row))
+
+
+def _units(row: list[str]) -> list[str]:
+    """Those of a line of units, or nothing where one of its entries is none."""
+    bare = ["1" if x == "-" else x.strip("[]()") for x in row]
+    return bare if all(known_unit(x) or told_unit(x)[0] for x in bare) else []
