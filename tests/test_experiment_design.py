@@ -1,9 +1,7 @@
-"""Which sensors and runs tell most: against closed solutions, exhaustive search and what `identify` states."""
+"""Which sensors and runs tell most: against closed solutions, exhaustive search and `identify`."""
 
 import itertools
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -39,10 +37,13 @@ def probe(angle, std=0.01, **more):
     return jr.Channel(sensor, "V", 8000.0, noise=jr.sensors.Noise(std), **more)
 
 
+# of all runs, so that they are one program
+PLAN = jr.Plan(2, 6, 250.0, 320.0, 1e-6, 5e-5)
+
+
 def at(hertz, initial, samples):
-    """A run at constant speed; all of one plan, so that they are one program."""
-    plan = jr.Plan(2, 6, 250.0, 320.0, 1e-6, 5e-5)
-    simulation = jr.Simulation((samples - 1) / RATE, RATE, initial, step=plan)
+    """A run at constant speed."""
+    simulation = jr.Simulation((samples - 1) / RATE, RATE, initial, step=PLAN)
     return jr.identification.CandidateRun(simulation, {"d.phi.speed": 2 * np.pi * hertz})
 
 
@@ -98,41 +99,44 @@ def test_which_sensor_is_best(steady):
 def test_it_prints(steady):
     words = str(steady)
     assert "1 of 3 sensors chosen, in each of 3 runs (25 Hz, 40 Hz, 50 Hz)" in words
-    assert "bearing.stiffness[0]        120000 N/m  " in words
+    assert " ".join(words.split("\n")[6].split()[:3]) == "bearing.stiffness[0] 120000 N/m"
     assert "or +  y       0.0649 %  0.707  all -29 %" in words
 
 
-def test_what_no_candidate_sees():
-    """One speed gives an amplitude and a phase, no more: e, k, c are told up to one factor of all, and a
-    probe's own sensitivity is in it too. What is seen all the same is judged by."""
-    unknowns = [*UNKNOWNS[:2], jr.Unknown("x.sensitivity", positive=True)]
-    sensors = {"x": probe(0.0), "y": probe(np.pi / 2)}
-    alone = jr.experiment_design(
-        rotor(), unknowns, {"x": sensors["x"]}, {"25 Hz": at(25, "undeformed", 200)}
-    )
-    assert [set(d) for d in alone.blind] == [{"d.unbalance.eccentricity", "x.sensitivity"}]
-    assert alone.blind == alone.blind_to_all
-    assert "none of the candidates sees +1" in str(alone) and "hold one of these" in str(alone)
-    assert np.isinf(alone.std["x.sensitivity"]) and np.isfinite(alone.std["d.unbalance.angle"])
-    # the angle is what is left to be judged by
-    assert alone.spread == pytest.approx(alone.std["d.unbalance.angle"], rel=1e-6)
+@pytest.fixture(scope="module")
+def uncalibrated():
+    """Probes along x and y, of which the first one's sensitivity is not known."""
+
+    def design(unknowns, sensors=("x", "y"), **how):
+        probes = {"x": probe(0.0), "y": probe(np.pi / 2)}
+        chosen = {name: probes[name] for name in sensors}
+        runs = {"25 Hz": at(25, "undeformed", 200)}
+        unknowns = [*UNKNOWNS[:2], jr.Unknown(f"{unknowns}.sensitivity", positive=True)]
+        return jr.experiment_design(rotor(), unknowns, chosen, runs, **how)
+
+    return design
+
+
+def test_what_no_candidate_sees(uncalibrated):
+    """A probe of unknown sensitivity alone tells its product with the eccentricity; the angle, which is seen
+    all the same, is judged by."""
+    found = uncalibrated("x", ("x",))
+    assert [set(d) for d in found.blind] == [{"d.unbalance.eccentricity", "x.sensitivity"}]
+    assert found.blind == found.blind_to_all
+    assert "none of the candidates sees +1" in str(found) and "hold one of these" in str(found)
+    assert np.isinf(found.std["x.sensitivity"]) and np.isfinite(found.std["d.unbalance.angle"])
+    assert found.spread == pytest.approx(found.std["d.unbalance.angle"], rel=1e-6)
     with pytest.raises(jr.InputError, match="no candidate sees `d.unbalance.ecc"):
-        jr.experiment_design(
-            rotor(),
-            unknowns,
-            {"x": sensors["x"]},
-            {"25 Hz": at(25, "undeformed", 200)},
-            criterion="d.unbalance.eccentricity",
-        )
-    # a sensor whose sensitivity is known comes first; that of the other is no loss while it is not used
-    both = jr.experiment_design(
-        rotor(), unknowns, sensors, {"25 Hz": at(25, "undeformed", 200)}, choose=1
-    )
-    assert both.chosen == ("y",) and both.blind == () and both.warnings == ()
-    assert both.blind_to_all == () and np.isinf(both.std["x.sensitivity"])
-    assert both.expected(["y"])["d.unbalance.eccentricity"] == pytest.approx(
-        both.std["d.unbalance.eccentricity"]
-    )
+        uncalibrated("x", ("x",), criterion="d.unbalance.eccentricity")
+
+
+def test_nobody_misses_the_sensitivity_of_what_is_not_used(uncalibrated):
+    """The calibrated probe comes first; what is not known of the other is no loss while it is not used."""
+    found = uncalibrated("x", choose=1)
+    assert found.chosen == ("y",) and found.blind == () and found.warnings == ()
+    assert found.blind_to_all == () and np.isinf(found.std["x.sensitivity"])
+    assert np.isfinite(found.std["d.unbalance.eccentricity"]) and np.isfinite(found.spread)
+    assert np.isfinite(found.std_of_all["x.sensitivity"])
 
 
 # ---- a transient: what identify states, and how estimates scatter ------------------------------------------
@@ -155,24 +159,21 @@ def transient():
 
 
 def test_identify_states_what_was_expected(transient):
-    """On a record with that noise, and a prior: its estimates are a part in a thousand off, and what it states
-    with them."""
+    """On the record without its noise, so that the estimate is the truth."""
     run = at(30, "undeformed", 200)
     machine = rotor().set(run.conditions)
-    response = jr.simulate(machine, 0.202, RATE, "undeformed")
+    response = jr.simulate(machine, 0.202, RATE, "undeformed", step=PLAN)
     t = np.arange(200) / RATE
-    used = {name: SENSORS[name] for name in ("x", "slanted")}
-    keys = jax.random.split(jax.random.key(3), 2)
     series = {
-        name: jr.sensors.Series(t, np.asarray(c.recorded(response, key, t)), c.recorded_in)
-        for key, (name, c) in zip(keys, used.items())
+        name: jr.sensors.Series(t, np.asarray(channel.measure(response, t)), channel.recorded_in)
+        for name, channel in SENSORS.items()
     }
     data = jr.MeasuredRun(jr.Record(series), run.simulation, run.conditions)
-    found = jr.identify(rotor(), UNKNOWNS, used, data)
-    expected = transient.expected(["x of 30 Hz", "slanted of 30 Hz"])
+    found = jr.identify(rotor(), UNKNOWNS, SENSORS, data)
+    expected = transient.expected([f"{name} of 30 Hz" for name in SENSORS])
     for path, value in zip(PATHS, (E, ANGLE, K, C)):
-        assert found.std[path] == pytest.approx(expected[path], rel=0.02)
-        assert abs(found.values[path] - value) < 4 * expected[path]
+        assert found.std[path] == pytest.approx(expected[path], rel=1e-6)
+        assert found.values[path] == pytest.approx(value, rel=1e-6)
 
 
 def test_estimates_scatter_as_expected(transient):
@@ -185,8 +186,7 @@ def test_estimates_scatter_as_expected(transient):
         ends = []
         for theta in (truth + h, truth - h):
             speed = {"d.phi.speed": 2 * np.pi * 30}
-            plan = jr.Plan(2, 6, 250.0, 320.0, 1e-6, 5e-5)
-            run = jr.simulate(rotor(*theta).set(speed), 0.202, RATE, "undeformed", step=plan)
+            run = jr.simulate(rotor(*theta).set(speed), 0.202, RATE, "undeformed", step=PLAN)
             told = [SENSORS[n].measure(run, t) / SENSORS[n].noise.std for n in ("x", "housing")]
             ends.append(np.concatenate(told))
         columns.append((ends[0] - ends[1]) / 2)
@@ -235,7 +235,8 @@ def test_chosen_pairs_are_the_best_of_all(transient):
 @pytest.mark.parametrize("kind", ["D", "A", "E"])
 def test_exchange_meets_exhaustive_search(kind):
     """Forty random cases, each four of nine candidates that see one direction or two of three: the best of
-    126 sets in nearly all, and never far from it."""
+    126 sets in nine of ten at least, and never beyond half as much again (sets that one exchange does not
+    better exist)."""
     losses = []
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -250,7 +251,7 @@ def test_exchange_meets_exhaustive_search(kind):
         assert judge.spread(chosen) == pytest.approx(of(chosen), rel=1e-6)
         losses.append(of(chosen) / best - 1)
     losses = np.array(losses)
-    assert np.mean(losses < 1e-9) >= 0.8 and losses.max() < 0.15
+    assert np.mean(losses < 1e-9) >= 0.9 and losses.max() < 0.5
 
 
 def test_a_prior_counts(transient):
@@ -274,3 +275,50 @@ def test_it_is_drawn(transient):
     ticks = [tick.get_text() for tick in axes[1].get_yticklabels()]
     assert ticks == [transient.names[c] for c in transient.order]
     assert len(axes[1].patches) == 8 * 4  # a bar for each candidate and unknown
+
+
+# ---- what is refused ---------------------------------------------------------------------------------------
+
+
+RUN = jr.Simulation(0.2, RATE, "undeformed")
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (dict(sensors={"x": jr.Channel(SENSORS["x"].sensor), "y": jr.sensors.Tachometer("d")}),
+         "`x`: needs a noise, for how well a sensor tells.*\n.*`y`: needs a noise"),
+        (dict(sensors={"x": probe(0.0, 0.0)}), "`x`: needs a noise"),
+        (dict(sensors={}), "sensors: name one at least"),
+        (dict(sensors={"x": 3.0}), "must be a sensor or a Channel"),
+        (dict(sensors={"d": probe(0.0)}), "give the channel another name"),
+        (dict(sensors=[probe(0.0)]), "sensors must be a mapping"),
+        (dict(sensors={"x": jr.Channel(jr.sensors.Tachometer("e"), noise=jr.sensors.Noise(1.0))}), "`e`"),
+        (dict(parameters=["d.unbalance.excentricity"]), "did you mean"),
+        (dict(parameters=["y.delay"]), "`y.delay`"),
+        (dict(parameters=[]), "no parameter is looked for"),
+        (dict(runs={}), "runs: name one at least"),
+        (dict(runs={"a": 3.0, "b": {"t_end": 1.0}}),
+         "run `a`: must be a Simulation.*float\n.*run `b`: sample_rate must be given"),
+        (dict(runs={"a": {"t_end": 1.0, "sample_rate": 100.0, "initial": "moving"}}), "run `a`: .*initial"),
+        (dict(runs={"a": jr.identification.CandidateRun(RUN, {"d.phi.sped": 1.0})}), "run `a`: .*sped"),
+        (dict(choose=0), "choose must be a whole number, 1 at least"),
+        (dict(choose=5), "there are not 5 sensors to choose from, but 4"),
+        (dict(choose=2, of="runs"), "there are not 2 runs to choose from, but 1"),
+        (dict(of="probes"), "of must be 'sensors' or 'runs' or 'pairs'"),
+        (dict(criterion="F"), "criterion must be 'D', 'A', 'E' or one of the unknowns"),
+        (dict(criterion="bearing.stiffnes[0]"), "did you mean 'bearing.stiffness\\[0\\]'"),
+        (dict(criterion=3), "criterion must be"),
+        (dict(machine=3), "machine must be a Machine"),
+    ],
+)  # fmt: skip
+def test_refused_before_anything_runs(monkeypatch, change, words):
+    from jaxrotor.identification import fisher
+
+    def never(*_):
+        raise AssertionError("it runs")
+
+    monkeypatch.setattr(fisher, "settled", never)
+    given = dict(machine=rotor(), parameters=UNKNOWNS, sensors=SENSORS, runs={"a": RUN}) | change
+    with pytest.raises(jr.InputError, match=words):
+        jr.experiment_design(**given)

@@ -18,14 +18,7 @@ from .fisher import Bench, bench_of, broken
 from .selection import judge_of
 
 
-@takes(
-    machine=None,
-    parameters=None,
-    sensors=mapping,
-    runs=mapping,
-    choose=whole(1),
-    criterion=None,
-)
+@takes(sensors=mapping, runs=mapping, choose=whole(1))
 def experiment_design(
     machine: Machine,
     parameters: Any,
@@ -74,7 +67,7 @@ def experiment_design(
         )
     names = candidates(of, bench.sensors, tuple(bench.runs))
     if choose is not None and choose > len(names):
-        raise InputError(f"choose: there are no {choose} {of} among {len(names)}: offer more")
+        raise InputError(f"choose: there are not {choose} {of} to choose from, but {len(names)}")
     slopes = _slopes(bench, progress)
     return _designed(bench, slopes, of, names, choose or len(names), criterion)
 

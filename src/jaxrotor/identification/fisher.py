@@ -115,7 +115,7 @@ def _as_known(instrumented: Instrumented) -> Instrumented:
     return jax.tree.map(lambda x: number(x) if eqx.is_array(x) else x, instrumented)
 
 
-@takes(machine=None, parameters=None, sensors=mapping, runs=mapping)
+@takes(sensors=mapping, runs=mapping)
 def information(
     machine: Machine, parameters: Any, sensors: Mapping[str, Any], runs: Mapping[str, Any]
 ) -> Float[Array, "sensors runs n n"]:
