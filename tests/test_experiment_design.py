@@ -99,7 +99,7 @@ def test_which_sensor_is_best(steady):
 def test_it_prints(steady):
     words = str(steady)
     assert "1 of 3 sensors chosen, in each of 3 runs (25 Hz, 40 Hz, 50 Hz)" in words
-    assert " ".join(words.split("\n")[6].split()[:3]) == "bearing.stiffness[0] 120000 N/m"
+    assert " ".join(words.split("\n")[7].split()[:3]) == "bearing.stiffness[0] 120000 N/m"
     assert "or +  y       0.0649 %  0.707  all -29 %" in words
 
 

@@ -184,7 +184,7 @@ class ExperimentDesign:
             "sensors": f", in each of {len(self.runs)} runs ({', '.join(self.runs)})",
             "runs": f", with each of {len(self.sensors)} sensors ({', '.join(self.sensors)})",
         }.get(self.of, "")
-        lines = [f"{self.count} of {total} {self.of} chosen{rest}, for least spread: {by}", ""]
+        lines = [f"{self.count} of {total} {self.of} chosen{rest}", f"spread: {by}", ""]
         with_all, chosen = (self.experiment.std(self.order[:k]) for k in (total, self.count))
         head = ("parameter", "guess", f"std, {self.count} chosen", "", f"std, all {total}", "")
         rows: list[tuple[str, ...]] = [head if self.count < total else head[:4]]
