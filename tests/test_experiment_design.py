@@ -277,6 +277,14 @@ def test_it_is_drawn(transient):
     assert len(axes[1].patches) == 8 * 4  # a bar for each candidate and unknown
 
 
+def test_a_run_that_does_not_stay_finite(transient):
+    """Damping that drives, by a factor e each 0.07 ms."""
+    wild = rotor(c=-60000.0)
+    runs = {"wild": at(30, "undeformed", 200)}
+    with pytest.raises(jr.ConvergenceError, match="run `wild`: does not stay finite at `x`"):
+        jr.experiment_design(wild, UNKNOWNS, SENSORS, runs)
+
+
 # ---- what is refused ---------------------------------------------------------------------------------------
 
 

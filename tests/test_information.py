@@ -7,8 +7,13 @@ import pytest
 
 import jaxrotor as jr
 
+UNKNOWNS = (
+    jr.Unknown("d.unbalance.angle", circular=True),
+    jr.Unknown("bearing.stiffness[0]", positive=True),
+)
 
-def told(x):
+
+def told(x, unknowns=UNKNOWNS):
     """log det of the information on an unbalance's angle and a stiffness, from the start of a run: by a
     probe's angle, the speed and the eccentricity."""
     angle, speed, eccentricity = x
@@ -21,10 +26,6 @@ def told(x):
         {"bearing": "d"},
         prescribed={"d": {"phi": jr.ConstantSpeed(100.0)}},
     )
-    unknowns = [
-        jr.Unknown("d.unbalance.angle", circular=True),
-        jr.Unknown("bearing.stiffness[0]", positive=True),
-    ]
     sensor = jr.sensors.ProximityProbe("d", angle)
     probe = jr.Channel(sensor, noise=jr.sensors.Noise(1e-6))
     # one plan for all speeds, so fine that its error does not show in their differences
@@ -49,3 +50,10 @@ def test_gradient_of_the_information():
         central = (8 * near - far) / (12 * h[i])
         assert reverse[i] == pytest.approx(central, rel=1e-6)
     assert reverse[2] == pytest.approx(4.0 / 2e-5, rel=1e-9)
+
+
+def test_an_unknown_that_jit_traces_is_refused():
+    x = jnp.array([0.3, 190.0, 2e-5])
+    words = "`d.unbalance.eccentricity`: is an unknown and traced by jit"
+    with pytest.raises(jr.InputError, match=words):
+        jax.jit(lambda x: told(x, ["d.unbalance.eccentricity"]))(x)

@@ -11,6 +11,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from ..core.arguments import mapping
@@ -89,7 +90,14 @@ def bench_of(machine: Machine, parameters: Any, sensors: Any, runs: Any) -> Benc
     if silent:
         raise InputError(*silent)
     unknowns = as_unknowns(parameters)
-    space = Space.of(_as_known(instrumented), unknowns)
+    with jax.ensure_compile_time_eval():  # inside jit plain numbers stay known
+        at_hand = _as_known(instrumented)
+        for one in unknowns:
+            if isinstance(at_hand.get(one.path), Tracer):
+                raise InputError(
+                    f"`{one.path}`: is an unknown and traced by jit or vmap, but its value must be known here"
+                )
+        space = Space.of(at_hand, unknowns)
     own = [
         instrumented.get(one.path) if one.start is None else jnp.asarray(one.start, float)
         for one in unknowns
