@@ -314,6 +314,13 @@ def functions(machine, model, response, found, record):
             dict(machine="machine", parameters="outputs", sensors="outputs", data="object",
                  shaft="station", progress="flag", stages="object"),
         ),
+        "experiment_design": (
+            dict(machine=machine, parameters=["main.mass"],
+                 sensors={"probe": jr.Channel(jr.sensors.Tachometer("main"), noise=jr.sensors.Noise(1.0))},
+                 runs={"run": jr.Simulation(0.1, 1000.0)}),
+            dict(machine="machine", parameters="outputs", sensors="outputs", runs="outputs",
+                 choose="count", of="choice", criterion="choice", progress="flag"),
+        ),
         "optimize": (
             dict(machine=machine, parameters=["main.mass"], objective=jr.objectives.TotalMass()),
             dict(machine="machine", parameters="outputs", objective="object", iterations="count",

@@ -118,6 +118,7 @@ from .linear.threshold import stability_threshold as stability_threshold
 
 # to meet measured runs
 from .identification.identify import identify as identify, Stage as Stage
+from .identification.design import experiment_design as experiment_design
 from .search.unknown import Unknown as Unknown
 from .identification.measured_run import MeasuredRun as MeasuredRun
 from .identification.measured_response import MeasuredResponse as MeasuredResponse

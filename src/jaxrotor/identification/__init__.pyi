@@ -8,12 +8,16 @@ from .balance import (
     phasor as phasor,
 )
 from .bootstrap import Replicas as Replicas, bootstrap as bootstrap
+from .candidate_run import CandidateRun as CandidateRun
+from .design import experiment_design as experiment_design
 from .domain import (
     AbstractDomain as AbstractDomain,
     Frequencies as Frequencies,
     Orders as Orders,
     Time as Time,
 )
+from .experiment import ExperimentDesign as ExperimentDesign
+from .fisher import information as information
 from .identification import Identification as Identification
 from .identify import Stage as Stage, identify as identify
 from .influence import (

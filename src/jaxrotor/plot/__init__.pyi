@@ -10,6 +10,7 @@ from .diagnose import (
     order_tracks as order_tracks,
     waterfall_map as waterfall_map,
 )
+from .experiment import expected_stds as expected_stds
 from .forces import bearing_forces as bearing_forces
 from .identification import (
     channel_fits as channel_fits,

@@ -19,6 +19,7 @@ from ..diagnostics.orders import OrderTrack
 from ..diagnostics.poincare import PoincareSection
 from ..diagnostics.spectra import FullSpectrum
 from ..diagnostics.waterfall import Waterfall
+from ..identification.experiment import ExperimentDesign
 from ..identification.identification import Identification
 from ..linear.campbell import Campbell
 from ..linear.linearise import LinearModel
@@ -38,6 +39,7 @@ from .diagnosed import (
     run_poincare,
     run_waterfall,
 )
+from .experiment import expected_stds
 from .forces import bearing_forces
 from .identification import channel_fits, correlations, costs, posteriors, profile_curves
 from .linear import campbell_diagram, stability_map
@@ -95,6 +97,7 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
         "profiles": profile_curves,
         "posteriors": posteriors,
     },
+    ExperimentDesign: {"stds": expected_stds},
     Optimum: {"history": search_history},
     xr.Dataset: {  # of a sweep, behind `dataset.jaxrotor`
         "distributions": distributions,
