@@ -2,19 +2,21 @@
 intervals for an unknown unbalance.
 
 Model: y = A u + e. e has a covariance S over all measurements together (probes and speeds), for what drifts
-between runs moves them together, and the tails of Student's t. Vectors that stand out of a robust regression
-of their own column are left out first. S comes from the residuals, drawn towards its diagonal as far as these
-are few.
+between runs moves them together, and the tails of Student's t, whose degrees of freedom are the likeliest.
+Vectors that stand out of a robust regression of their own column are left out first. S comes from the
+residuals; where these are fewer than two for each measurement it is drawn towards its diagonal.
 
 Sources: Goodman, Trans. ASME J. Eng. Ind. 86 (1964) 273 (least squares balancing); Maronna, Martin & Yohai,
 Robust Statistics (2006), ch. 5 (bisquare regression); Lange, Little & Taylor, J. Am. Stat. Assoc. 84 (1989)
-881 (t errors, missing values); Ledoit & Wolf, J. Multivariate Anal. 88 (2004) 365 (shrinkage).
+881 (t errors, missing values); Ledoit & Wolf, J. Multivariate Anal. 88 (2004) 365 (shrinkage); Williams,
+Biometrika 54 (1967) 305 (weighing by an estimated covariance: what its scatter adds).
 """
 
 import dataclasses
 from typing import Any
 
 import numpy as np
+import scipy.special
 import scipy.stats
 from jaxtyping import Bool, Complex, Float
 
@@ -23,8 +25,8 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
 
-# Degrees of freedom of the t distribution: few enough for one gross error, many enough for a bell.
-_TAIL = 4.0
+# Degrees of freedom of the t distribution that are tried.
+_TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, 60.0, 1e6)
 _ITERATIONS, _ROBUST, _REST = 200, 40, 1e-9
 # A vector stands out so many of its column's robust rms away: one in ten thousand does so by chance. Beside
 # it the bisquare's own reach, and the rms of a complex normal number's length over its median.
@@ -75,13 +77,15 @@ class Influence:
     - `drift`: (m, m) complex covariance of what a run adds of its own; `drift_std`: (m,).
     - `left_out`: (n, m), vectors that stand out and count for nothing; `doubted`: the runs of which most do:
       look whether these are labelled rightly.
-    - `degrees`: of freedom left.
+    - `tail`: degrees of freedom of the t distribution of what a run adds; `degrees`: of freedom left to know
+      the covariance by, infinite where it was drawn towards its diagonal.
     """
 
     coefficients: Complex[np.ndarray, "m p"]
     covariance: Complex[np.ndarray, "mp mp"]
     drift: Complex[np.ndarray, "m m"]
     left_out: Bool[np.ndarray, "n m"]
+    tail: float
     degrees: float
 
     @property
@@ -100,7 +104,7 @@ class Influence:
         """Vectors (m,) that an unbalance (p,) makes, and the standard deviation of their real and imaginary
         parts: drift and what is not known of the coefficients."""
         u = self._planes(unbalance)
-        return self.coefficients @ u, np.sqrt(np.real(np.diag(self._scatter(u))) / 2)
+        return self.coefficients @ u, np.sqrt(np.real(np.diag(self._spread(u))) / 2)
 
     @takes(prior=number(above=0.0))
     def unbalance(self, vectors: Any, prior: float | None = None, unit: str = "") -> FoundUnbalance:
@@ -125,7 +129,7 @@ class Influence:
             known = np.eye(p) / (2 * prior**2)
         u = np.zeros(p, complex)
         for _ in range(20):  # the scatter grows with what is found
-            S = self._scatter(u)[np.ix_(there, there)]
+            S = self._spread(u)[np.ix_(there, there)]
             W = np.linalg.solve(S, A)
             C = np.linalg.inv(A.conj().T @ W + known)
             before, u = u, C @ (W.conj().T @ y[there])
@@ -134,9 +138,12 @@ class Influence:
         r = y[there] - A @ u
         size = float((r.conj() @ np.linalg.solve(S, r)).real)
         free = m - p
+        # weighed by a covariance that is itself estimated: the stated one is too small, the real one larger
+        spare = 1.0 if np.isinf(self.degrees) else self.degrees / max(self.degrees - free, 1.0)
+        degrees = 1 / (1 / self.tail + 1 / (2 * max(self.degrees - free, 1.0)))
         # |r|² in units of S: a sum of `free` exponentials, over the scatter's own uncertainty
-        chance = scipy.stats.f.sf(size / free, 2 * free, self.degrees) if free else 1.0
-        return FoundUnbalance(u, C, float(chance), self.degrees, unit)
+        chance = scipy.stats.f.sf(size / free / spare, 2 * free, degrees) if free else 1.0
+        return FoundUnbalance(u, C * spare**2, float(chance), degrees, unit)
 
     def _planes(self, unbalance: Any) -> np.ndarray:
         u = complex_array(unbalance, "unbalance")
@@ -146,19 +153,17 @@ class Influence:
             )
         return u
 
-    def _scatter(self, u: np.ndarray) -> np.ndarray:
+    def _spread(self, u: np.ndarray) -> np.ndarray:
         """(m, m): covariance of vectors under an unbalance u."""
         m = len(self.coefficients)
         spread = np.kron(np.eye(m), u[None])
         return self.drift + spread @ self.covariance @ spread.conj().T
 
 
-@takes(tail=number(above=2.0))
 def influence(
     unbalances: Any,
     vectors: Any,
     prior: tuple[Any, Any] | None = None,
-    tail: float = _TAIL,
 ) -> Influence:
     """Influence coefficients from runs under known unbalances: any number of them, in one plane or several
     at once, with missing vectors.
@@ -171,7 +176,6 @@ def influence(
     - `prior`: (coefficients (m, p), standard deviation (m, p) or one for all, of real and imaginary parts) of
       a model that was fitted to something else, such as `unbalance_response` per unit of unbalance: the runs
       then correct the model as far as they know better.
-    - `tail`: degrees of freedom of the errors' t distribution; a large number for normal ones.
 
     Raises `InputError` where shapes do not fit, or runs are fewer than planes.
     """
@@ -193,22 +197,37 @@ def influence(
     Y, there = np.where(left_out, np.nan, Y), there & ~left_out
     some = there.any(axis=1)
     U, Y, there = U[some], Y[some], there[some]
-    n = len(U)
+    fits = [_fitted(U, Y, there, mean, precision, tail) for tail in _TAILS]
+    A, covariance, S, degrees, likelihood = max(fits, key=lambda fit: fit[-1])
+    tail = _TAILS[[fit[-1] for fit in fits].index(likelihood)]
+    return Influence(A, covariance, S, left_out, tail, degrees)
+
+
+def _fitted(U, Y, there, mean, precision, tail: float) -> tuple:
+    """Coefficients, their covariance, scatter, its degrees of freedom and the log likelihood."""
+    (n, p), m = U.shape, Y.shape[1]
+    few = n - p < 2 * m
     A, S, weights = mean, np.eye(m) * np.nanmean(np.abs(Y) ** 2), np.ones(n)
+    count = there.sum(axis=1)
     for _ in range(_ITERATIONS):
         before = A
         A, covariance, filled, spare = _regressed(U, Y, there, S, weights, mean, precision)
         R = filled - U @ A.T
-        S = _shrunk(R, weights, spare, max(n - p, 1))
-        size = np.array(
-            [(r[t].conj() @ np.linalg.solve(S[np.ix_(t, t)], r[t])).real for r, t in zip(R, there)]
-        )
-        count = there.sum(axis=1)
+        S = _scatter(R, weights, spare, max(n - p, 1), few)
+        parts = [(S[np.ix_(t, t)], r[t]) for r, t in zip(R, there)]
+        size = np.array([(r.conj() @ np.linalg.solve(s, r)).real for s, r in parts])
         weights = (tail + 2 * count) / (tail + 2 * size)
         if np.abs(A - before).max() <= _REST * np.abs(A).max():
             break
-    degrees = max(1.0, 2.0 * (float(np.minimum(weights, 1.0).sum()) - p))
-    return Influence(A, covariance, S, left_out, degrees)
+    gamma, half = scipy.special.gammaln, tail / 2
+    each = (
+        gamma(half + count)
+        - gamma(half)
+        - count * np.log(half)
+        - (half + count) * np.log1p(size / half)
+    )
+    volume = sum(np.linalg.slogdet(s)[1] for s, _ in parts)
+    return A, covariance, S, np.inf if few else float(n - p), float(each.sum() - volume)
 
 
 def _standing_out(U: np.ndarray, Y: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -268,14 +287,16 @@ def _regressed(U, Y, there, S, weights, mean, precision) -> tuple:
     return A, covariance, filled, spare
 
 
-def _shrunk(R: np.ndarray, weights: np.ndarray, spare: np.ndarray, degrees: int) -> np.ndarray:
-    """Covariance of the rows of R (n, m), drawn towards its diagonal as far as chance moves it."""
+def _scatter(R: np.ndarray, weights: np.ndarray, spare: np.ndarray, degrees: int, few: bool):
+    """Covariance of the rows of R (n, m); of `few`, drawn towards its diagonal as far as chance moves it."""
     n = len(R)
     full = (np.einsum("n,ni,nj->ij", weights, R, R.conj()) + spare) / degrees
+    share = 0.0
     target = np.diag(np.real(np.diag(full))).astype(complex)
-    away = np.abs(full - target) ** 2
-    each = [np.abs(w * np.outer(r, r.conj()) - full * degrees / n) ** 2 for r, w in zip(R, weights)]
-    chance = np.sum(each, axis=0)[~np.eye(len(full), dtype=bool)].sum() / degrees**2
-    share = min(1.0, chance / away.sum()) if away.sum() > 0 else 1.0
+    if few:
+        away = (np.abs(full - target) ** 2).sum()
+        each = [w * np.outer(r, r.conj()) - full * degrees / n for r, w in zip(R, weights)]
+        chance = (np.abs(each) ** 2).sum(axis=0)[~np.eye(len(full), dtype=bool)].sum()
+        share = min(1.0, chance / degrees**2 / away) if away > 0 else 1.0
     S = (1 - share) * full + share * target
-    return S + 1e-9 * np.trace(S).real / len(S) * np.eye(len(S))
+    return S + 1e-9 * np.real(np.trace(S)) / len(S) * np.eye(len(S))
