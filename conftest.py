@@ -41,9 +41,10 @@ gc.set_threshold(200_000, 20, 20)
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
+condensation
 sweep uncertainty configs shafts_with_mass linear sweep_stores run_error critical bearings control
 identify torsion
-more_configs identify_cli contact shaft_defects ross
+more_configs identify_cli contact shaft_defects ross fitted jumps
 gradients governed_config energy identify_experiments couplings gears tracing report reference
 sweep_cli design_experiments measures optimize_cli optimize norms regulators diagnose
 """.split()

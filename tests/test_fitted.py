@@ -355,7 +355,11 @@ def test_one_program_for_any_length_and_step(jumps):
 
     for intervals, substeps in ((20, 2), (25, 5), (9, 1)):
         found = np.asarray(of_any(intervals, substeps))
-        own = run(forced, speeds, 0.1, intervals, 4, y0, substeps, jumps, length=6).kept
+        own = jax.jit(
+            lambda n=intervals, m=substeps: (
+                run(forced, speeds, 0.1, n, 4, y0, m, jumps, length=6).kept
+            )
+        )()
         np.testing.assert_allclose(found[: intervals + 1], own, rtol=1e-12, atol=1e-13)
         np.testing.assert_array_equal(
             found[intervals:], found[[intervals]].repeat(31 - intervals, 0)

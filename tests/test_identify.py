@@ -126,11 +126,17 @@ def test_slopes_are_those_of_central_differences(found):
             np.testing.assert_allclose(slope[0, 5:, i], central, atol=1e-7 * size)
 
 
-def test_with_noise(run):
+@pytest.fixture(scope="module")
+def found_in_noise(run):
+    """From a record with 5 % noise."""
+    sensors = noisy(0.05)
+    return jr.identify(rotor(), KNOWN, sensors, trial(run, sensors, 7))
+
+
+def test_with_noise(run, found_in_noise):
     """5 % noise: an interval for each, the truth within four standard deviations, a residual that is white;
     a held-out run is met, and another machine's is not."""
-    sensors = noisy(0.05)
-    found = jr.identify(rotor(), KNOWN, sensors, trial(run, sensors, 7))
+    sensors, found = noisy(0.05), found_in_noise
     for path, value in TRUTH.items():
         assert abs(found.values[path] - value) < 4 * found.std[path]
         low, high = found.intervals()[path]
@@ -154,11 +160,9 @@ def test_noise_of_unknown_size(run):
         assert fit.std == pytest.approx(float(sensors[fit.channel].noise.std), rel=0.1)
 
 
-def test_intervals_cover_the_truth(run):
+def test_intervals_cover_the_truth(found_in_noise):
     """60 records with 5 % noise in one batch: coverage of the 95 % intervals and spread of the estimates."""
-    sensors = noisy(0.05)
-    found = jr.identify(rotor(), KNOWN, sensors, trial(run, sensors, 7))
-    replicas = jr.identification.bootstrap(found, 60, seed=1)
+    replicas = jr.identification.bootstrap(found_in_noise, 60, seed=1)
     for path, part in replicas.coverage.items():
         assert 0.85 <= part <= 1.0, path  # 60 of them: three standard deviations
     for path, ratio in replicas.spread.items():

@@ -1,4 +1,4 @@
-"""Influence coefficients from many runs: least squares where nothing drifts, and what drift and mistakes do."""
+"""Influence coefficients from many runs: least squares where nothing drifts; drift and mistakes beside it."""
 
 import numpy as np
 import pytest

@@ -26,7 +26,7 @@ def test_lines_where_stderr_is_a_file(monkeypatch, capfd):
         ),
     }
     machine = jr.Machine.in_line({"disc": jr.Rotor(1.0, 0.01, 0.006)}, attachments=loads)
-    samples = 10_001
+    samples = 4_001
     jr.simulate(machine, (samples - 1) / 1e3, 1e3, "undeformed", step=1e-3, progress=True)
     lines = capfd.readouterr().err.splitlines()
     assert re.fullmatch(r"compiling, \d+ s", lines[0])

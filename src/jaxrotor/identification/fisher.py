@@ -56,7 +56,12 @@ class Bench:
             ready, t_end=ready.t_end + 2 * interval, speed=as_array(ready.speed)
         )
         conditions = {k: as_array(v) for k, v in given.conditions.items()}
-        run = Run((times,) * len(self.sensors), conditions, ready, self.sensors)
+        run = Run(
+            times=(times,) * len(self.sensors),
+            conditions=conditions,
+            simulation=ready,
+            channels=self.sensors,
+        )
         return Simulated(self.instrumented, (run,), self.space)
 
     def slopes(self, name: str, reverse: bool = False) -> Iterator[tuple[Array, Array, Array]]:
@@ -157,7 +162,7 @@ def information(
 
 def broken(bench: Bench, name: str, sensor: str, t: Any, record: Any, slope: Any) -> str:
     """In words, what is wrong with a run of a sensor; empty where nothing is."""
-    delay = float(bench.instrumented.channels[sensor].delay)
+    delay = float(getattr(bench.instrumented.channels[sensor], "delay", 0.0))
     reached = np.asarray(t) - delay
     last = float(np.asarray(t)[-1])
     expected = (reached >= 0) & (reached <= last)

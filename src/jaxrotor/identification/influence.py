@@ -27,7 +27,7 @@ from ..core.result_text import shows
 
 # Degrees of freedom of the t distribution that are tried.
 _TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, 60.0, 1e6)
-_ITERATIONS, _ROBUST, _REST = 200, 40, 1e-9
+_ITERATIONS, _ROBUST, _REST = 200, 40, 1e-7
 # A vector stands out so many of its column's robust rms away: one in ten thousand does so by chance. Beside
 # it the bisquare's own reach, and the rms of a complex normal number's length over its median.
 _APART, _REACH, _RMS = 3.0, 4.0, 1.2011
@@ -143,7 +143,7 @@ class Influence:
         degrees = 1 / (1 / self.tail + 1 / (2 * max(self.degrees - free, 1.0)))
         # |r|² in units of S: a sum of `free` exponentials, over the scatter's own uncertainty
         chance = scipy.stats.f.sf(size / free / spare, 2 * free, degrees) if free else 1.0
-        return FoundUnbalance(u, C * spare**2, float(chance), degrees, unit)
+        return FoundUnbalance(u, np.asarray(C * spare**2), float(chance), degrees, unit)
 
     def _planes(self, unbalance: Any) -> np.ndarray:
         u = complex_array(unbalance, "unbalance")
@@ -208,14 +208,14 @@ def _fitted(U, Y, there, mean, precision, tail: float) -> tuple:
     (n, p), m = U.shape, Y.shape[1]
     few = n - p < 2 * m
     A, S, weights = mean, np.eye(m) * np.nanmean(np.abs(Y) ** 2), np.ones(n)
+    size, volume, covariance = np.zeros(n), 0.0, np.eye(m * p)
     count = there.sum(axis=1)
     for _ in range(_ITERATIONS):
         before = A
         A, covariance, filled, spare = _regressed(U, Y, there, S, weights, mean, precision)
         R = filled - U @ A.T
         S = _scatter(R, weights, spare, max(n - p, 1), few)
-        parts = [(S[np.ix_(t, t)], r[t]) for r, t in zip(R, there)]
-        size = np.array([(r.conj() @ np.linalg.solve(s, r)).real for s, r in parts])
+        size, volume = _distances(R, there, S)
         weights = (tail + 2 * count) / (tail + 2 * size)
         if np.abs(A - before).max() <= _REST * np.abs(A).max():
             break
@@ -226,7 +226,6 @@ def _fitted(U, Y, there, mean, precision, tail: float) -> tuple:
         - count * np.log(half)
         - (half + count) * np.log1p(size / half)
     )
-    volume = sum(np.linalg.slogdet(s)[1] for s, _ in parts)
     return A, covariance, S, np.inf if few else float(n - p), float(each.sum() - volume)
 
 
@@ -269,22 +268,40 @@ def _regressed(U, Y, there, S, weights, mean, precision) -> tuple:
     p, m = U.shape[1], Y.shape[1]
     H = np.diag(precision).astype(complex)
     g = precision * mean.ravel()
-    for u, y, t, w in zip(U, Y, there, weights):
-        W = np.zeros((m, m), complex)
-        W[np.ix_(t, t)] = w * np.linalg.inv(S[np.ix_(t, t)])
-        H += np.kron(W, np.outer(u.conj(), u))
-        g = g + np.kron(W @ np.where(t, y, 0.0), u.conj())
+    alike = _alike(there)
+    for rows, t in alike:
+        W, u = np.zeros((m, m), complex), U[rows]
+        W[np.ix_(t, t)] = np.linalg.inv(S[np.ix_(t, t)])
+        weighed = weights[rows, None] * u.conj()
+        H += np.kron(W, weighed.T @ u)
+        g = g + (W @ np.where(t, Y[rows], 0.0).T @ weighed).ravel()
     covariance = np.linalg.inv(H)
     A = (covariance @ g).reshape(m, p)
     filled, spare = Y.copy(), np.zeros((m, m), complex)
-    for k, (u, t) in enumerate(zip(U, there)):
+    for rows, t in alike:
         if not t.all():
-            known = np.ix_(t, t)
-            gain = np.linalg.solve(S[known].T, S[np.ix_(~t, t)].T).T
-            filled[k, ~t] = A[~t] @ u + gain @ (Y[k, t] - A[t] @ u)
+            gain = np.linalg.solve(S[np.ix_(t, t)].T, S[np.ix_(~t, t)].T).T
+            rest = (Y[np.ix_(rows, t)] - U[rows] @ A[t].T) @ gain.T
+            filled[np.ix_(rows, ~t)] = U[rows] @ A[~t].T + rest
             left = S[np.ix_(~t, ~t)] - gain @ S[np.ix_(t, ~t)]
-            spare[np.ix_(~t, ~t)] += weights[k] * left
+            spare[np.ix_(~t, ~t)] += weights[rows].sum() * left
     return A, covariance, filled, spare
+
+
+def _distances(R, there, S) -> tuple[np.ndarray, float]:
+    """(n,): r^H S^-1 r of each run, as far as its vectors are there; and the sum of their log det S."""
+    size, volume = np.zeros(len(R)), 0.0
+    for rows, t in _alike(there):
+        r, s = R[np.ix_(rows, t)], S[np.ix_(t, t)]
+        size[rows] = np.real(np.sum(r.conj() * np.linalg.solve(s, r.T).T, axis=1))
+        volume += len(rows) * np.linalg.slogdet(s)[1]
+    return size, volume
+
+
+def _alike(there: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Runs that lack the same vectors: their numbers, and which are there."""
+    patterns, which = np.unique(there, axis=0, return_inverse=True)
+    return [(np.flatnonzero(which.ravel() == k), t) for k, t in enumerate(patterns)]
 
 
 def _scatter(R: np.ndarray, weights: np.ndarray, spare: np.ndarray, degrees: int, few: bool):

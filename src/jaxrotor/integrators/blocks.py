@@ -6,6 +6,7 @@ lies a stretch: whole intervals by regular steps, or the part of an interval on 
 shorter ones. Each begins with the short steps by which its history fills.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -20,10 +21,20 @@ from .fitted_weights import FirstSteps, first_steps
 # Steps in a block, inside which the weights stay, and in the longest: to mix weights takes as long as five to
 # ten steps, but speeds change.
 LENGTH, LONGEST = 24, 96
+# Steps that take as long as to mix weights.
+_MIXING = 8
 # Where clocks tick stretches are short.
 _SHORT = 4
 # Kinds of weights beside those of the start: of regular steps, and of none, where N is evaluated alone.
 REGULAR, ALONE = -2, -1
+
+
+def between_jumps(order: int, jumps: int, steps: int) -> int:
+    """Steps in a block, at most: each of the stretches beside jumps begins with blocks that use few, and
+    where all are gone through, used or not, most of the work is theirs."""
+    stretches = 1 + 3 * jumps
+    filled = stretches * (int(filling(order, order).upto[-1]) + 1)
+    return max(order, math.isqrt(_MIXING * steps // filled))
 
 
 class Pattern(NamedTuple):

@@ -13,7 +13,7 @@ from ..core.errors import InputError
 from ..core.gate import either, takes
 from ..core.kinematics import from_turning
 from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
-from ..core.quick import lightly_compiled
+from ..core.quick import lightly_compiled, traced
 from ..core.result_text import shows
 from ..machine.field import Evaluation, evaluate, watched_field
 from ..machine.layout import joined
@@ -21,16 +21,16 @@ from ..machine.lineup import line_up
 from ..machine.machine import Machine
 from ..machine.seen import seen
 from ..machine.system import System
+from .assembling import system_of
+from .beginning import Begun, begun
 from .checks import sample_count
 from .condensing import condensed_for
 from .march_through import march_through
 from .pilot import plan_for
 from .plan import Plan
-from .prepared import assembled, prepare
-from .run_setup import RunSetup, set_up
+from .run_setup import RunSetup, roomy, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
-from .start import start
 
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6
@@ -113,25 +113,32 @@ def energy_audit(
         rtol = simulation.rtol or _RTOL
         simulation = dataclasses.replace(simulation, rtol=rtol, atol=simulation.atol or 1e-3 * rtol)
     count = sample_count(simulation.t_end, simulation.sample_rate)
-    return _audit(machine, set_up(machine, simulation, speed, plan, count))
+    setup = set_up(machine, simulation, speed, plan, count)
+    alone = not traced(machine, setup)
+    own = roomy(setup, told=False) if alone else setup
+    y = _march(machine, own, begun(machine, own, alone, extra=2))[:count]
+    return _audit(machine, system_of(machine), setup.times, y)
 
 
 @lightly_compiled
-def _audit(machine: Machine, setup: RunSetup) -> EnergyAudit:
-    system, balanced = assembled(machine, setup)
-    books = _books(machine, system)
-    y0, _ = start(system, balanced, setup.initial, setup.speed)
-    d = y0.size
+def _march(machine: Machine, setup: RunSetup, begun: Begun) -> Float[Array, "nt d+2"]:
+    """States, with the work put in and what was lost behind them."""
+    system, y0, _, prepared = begun
+    books, d = _books(machine, system), y0.size
 
     def field(t, y, system):
         dy, ev = watched_field(t, y[:d], system)
         return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
 
-    prepared = prepare(system, balanced, setup, extra=2)
-    y = march_through(system, prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
+    return march_through(system, prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
+
+
+@lightly_compiled
+def _audit(machine: Machine, system: System, t: Array, y: Array) -> EnergyAudit:
+    books, d = _books(machine, system), y.shape[1] - 2
     stored = jax.vmap(lambda t, y: _stored(t, evaluate(t, y, system), system, books))
-    kinetic, elastic, potential = stored(setup.times, y[:, :d])
-    return EnergyAudit(setup.times, kinetic, elastic, potential, y[:, d], y[:, d + 1])
+    kinetic, elastic, potential = stored(t, y[:, :d])
+    return EnergyAudit(t, kinetic, elastic, potential, y[:, d], y[:, d + 1])
 
 
 def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:

@@ -15,7 +15,8 @@ from ..integrators.newton import newton_root
 from ..machine.field import Reference, initial_states, n_free, net_loads
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.system import System, assemble
+from ..machine.system import System
+from .assembling import system_of
 from .free_turning import turning_at_rest
 from .state import State, from_flat
 
@@ -32,14 +33,13 @@ def static_equilibrium(machine: Machine) -> State:
     Raises `InputError` where some other motion is free under a load.
     """
     machine.check()
-    state, rest = _equilibrium(machine)
+    state, rest = _equilibrium(system_of(machine))
     refuse_unbalanced(machine, rest)
     return state
 
 
 @quickly_compiled
-def _equilibrium(machine: Machine) -> tuple[State, Array]:
-    system = assemble(machine)
+def _equilibrium(system: System) -> tuple[State, Array]:
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], zero, zero)
     y, left = resting(system, reference)

@@ -21,7 +21,8 @@ from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobians, n_free, relative_field
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import System
+from .assembling import system_of
 from .blame import not_finite
 from .condensing import condensed_for
 from .plan import Plan, bucket, fewest
@@ -139,7 +140,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
         given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds), np.float64(slowest))
         when, abrupt, step, *reach = jax.device_put(given)
-        found = pilots(machine, when, abrupt, step, reach, order, evaluations, every)
+        found = pilots(system_of(machine), when, abrupt, step, reach, order, evaluations, every)
         return float(found)
 
     first = fewest(max(top, float(given.frequency)), interval)
@@ -294,27 +295,30 @@ def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float
 
 def _rungs(machine: Machine, top: float, slowest: float) -> tuple[np.ndarray, np.ndarray]:
     """The rungs that a pilot at `top` (rad/s) knows: speeds (rad/s), and A there."""
-    speeds, A = rungs_of(machine, *jax.device_put((np.float64(top), np.float64(slowest))))
+    speeds, A = rungs_of(
+        system_of(machine, nominal=True), *jax.device_put((np.float64(top), np.float64(slowest)))
+    )
     return np.asarray(speeds)[-_RUNGS:], np.asarray(A)[-_RUNGS:]
 
 
 @quickly_compiled
 def pilots(
-    machine, instants, abrupt, h, reach, order: int, evaluations: int, known
+    system, instants, abrupt, h, reach, order: int, evaluations: int, known
 ) -> Float[Array, ""]:
     """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these
     speeds, and the lowest of the run, rad/s."""
     speeds, slowest = reach
     return jnp.max(
         jax.lax.map(
-            lambda x: pilot(machine, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest),
+            lambda x: pilot(system, None, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest),
             (instants, speeds, known),
         )
     )
 
 
 def pilot(
-    machine,
+    system: System,
+    balanced: System | None,
     when,
     abrupt,
     h,
@@ -327,9 +331,9 @@ def pilot(
     """Largest difference between steps of h (s) and of half of it, as part of the peak.
 
     `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
-    `known`: of both steps. `slowest`: the lowest speed of the run, rad/s.
+    `known`: of both steps; or the system without what turns with the shaft, `balanced`. `slowest`: the lowest
+    speed of the run, rad/s.
     """
-    system = assemble(machine)
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
     angle = system.reference(when)[0]
@@ -337,7 +341,8 @@ def pilot(
     speeds = rung_speeds(top, slowest)[-_RUNGS:]
     steps = jnp.stack([h, 0.5 * h])
     if known is None:
-        A = jacobians(assemble(machine, nominal=True), speeds)
+        assert balanced is not None
+        A = jacobians(balanced, speeds)
         both = Known(jnp.stack([A, A]), None)
     else:
         both = jax.tree.map(lambda *x: jnp.stack(x), *known)

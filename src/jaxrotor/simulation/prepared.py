@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.quick import lightly_compiled, quickly_compiled
-from ..integrators.blocks import LENGTH, Blocks, blocks_of
+from ..integrators.blocks import LENGTH, Blocks, between_jumps, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
 from ..integrators.fitted_weights import turn_of
 from ..integrators.ladder import (
@@ -24,7 +24,8 @@ from ..integrators.ladder import (
 from ..machine.field import jacobians, n_free
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
-from ..machine.system import System, assemble, jump_times
+from ..machine.system import System, jump_times
+from .assembling import system_of
 from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
@@ -52,12 +53,12 @@ class Known(NamedTuple):
 
 @quickly_compiled
 def rungs_of(
-    machine: Machine, top: Float[Array, ""], slowest: Float[Array, ""]
+    balanced: System, top: Float[Array, ""], slowest: Float[Array, ""]
 ) -> tuple[Float[Array, " s"], Float[Array, "s d d"]]:
-    """The rungs of a machine that turns up to `top`, and never below `slowest` (rad/s): speeds (rad/s), and A
-    there."""
+    """The rungs of a machine, its nominal system, that turns up to `top`, and never below `slowest` (rad/s):
+    speeds (rad/s), and A there."""
     speeds = rung_speeds(top, slowest)
-    return speeds, jacobians(assemble(machine, nominal=True), speeds)
+    return speeds, jacobians(balanced, speeds)
 
 
 @lightly_compiled
@@ -94,7 +95,8 @@ def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    return Known(rungs_of(machine, *jax.device_put(_reach(setup)))[1])
+    balanced = system_of(machine, nominal=True)
+    return Known(rungs_of(balanced, *jax.device_put(_reach(setup)))[1])
 
 
 def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
@@ -102,11 +104,14 @@ def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
     return 2 * np.asarray(setup.linearised_at), np.asarray(setup.slowest)
 
 
-def with_ladder(machine: Machine, setup: RunSetup, known: Known, steps: Steps) -> Prepared:
-    """By programs that plans have used: outside of any other."""
+def with_ladder(
+    machine: Machine, setup: RunSetup, known: Known, steps: Steps, extra: int = 0
+) -> Prepared:
+    """By programs that plans have used: outside of any other. `extra`: as of `prepare`."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
     of_parts = np.asarray(steps.of_parts)
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(*_reach(setup), xp=np))
+    A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
     h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
     chains, parts = known_chains(A, h, speeds, order, rows), None
     if of_parts.size:
@@ -138,7 +143,7 @@ def assembled(
     solver = setup.solver
     linear = known is None and is_planned(solver) and solver.linear_part is None  # pyright: ignore
     needed = linear or needs_balanced(setup.initial)
-    return assemble(machine), assemble(machine, nominal=True) if needed else None
+    return system_of(machine), system_of(machine, nominal=True) if needed else None
 
 
 def linear_parts(setup: RunSetup, balanced: System) -> Array:
@@ -183,17 +188,19 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
     """Of the Adams method; and into how many parts clocks refine a sample interval."""
     ticking = ticking_of(setup, system)
     refine = 1 if ticking is None else ticking.refine
-    length = setup.block
+    jumps, length = jump_times(system), setup.block
     if setup.room is None:
         # all steps of a block are gone through, used or not, of the short ones of a start too
         steps = (setup.count - 1) * setup.solver.substeps  # pyright: ignore
         length = min(length, max(LENGTH, steps // 256))
+    if jumps.size:  # with room or without it, so that members of batches are single runs
+        length = min(length, between_jumps(setup.solver.order_, jumps.size, setup.most_steps))  # pyright: ignore
     blocks = blocks_of(
         setup.interval / refine,
         setup.intervals * refine,
         -(-setup.substeps // refine),
         setup.solver.order_,  # pyright: ignore
-        jump_times(system),
+        jumps,
         None if ticking is None else ticking.due,
         length=length,
         room=None if setup.room is None else setup.room.most,

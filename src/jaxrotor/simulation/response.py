@@ -25,8 +25,9 @@ from ..machine.field import Evaluation, evaluate, initial_states, n_free, statio
 from ..machine.layout import turns_by_chi
 from ..machine.lineup import Lineup, structure_of
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import System, assemble
 from ..machine.wiring import unknown
+from .assembling import system_of
 from .named_parts import forces_on_ends, inner_element, part_of
 from .run_info import RunInfo
 
@@ -81,12 +82,12 @@ class Response(eqx.Module):
     @cached_property
     def evaluation(self) -> Evaluation:
         """Every sample evaluated, once for all parts: accelerations, reactions, nodes."""
-        return _evaluate_all(self.machine, self.t, self.y)
+        return _evaluate_all(system_of(self.machine), self.t, self.y)
 
     @cached_property
     def motion(self) -> tuple[Float[Array, "nt n 6"], Float[Array, "nt n 6"]]:
         """Coordinates of all stations, and their rates, at every sample."""
-        return _motion(self.machine, self.t, self.y)
+        return _motion(system_of(self.machine), self.t, self.y)
 
     def member(self, i: int) -> "Response":
         """Response i of a batch."""
@@ -143,8 +144,7 @@ class Response(eqx.Module):
 
 
 @lightly_compiled
-def _motion(machine: Machine, t: Array, y: Array) -> tuple[Array, Array]:
-    system = assemble(machine)
+def _motion(system: System, t: Array, y: Array) -> tuple[Array, Array]:
     both = jax.vmap(lambda t, y: station_motions(t, y, system))(t, y)
     order = np.array(system.layout.internal)
     q, v = (jnp.swapaxes(x, 1, 2)[:, order] for x in both)
@@ -152,9 +152,8 @@ def _motion(machine: Machine, t: Array, y: Array) -> tuple[Array, Array]:
 
 
 @lightly_compiled
-def _evaluate_all(machine: Machine, t: Array, y: Array) -> Evaluation:
+def _evaluate_all(system: System, t: Array, y: Array) -> Evaluation:
     """Every sample, in the machine's order of stations: arrays (nt, n, 6); nodes stay internal."""
-    system = assemble(machine)
 
     def one(t, y):
         ev = evaluate(t, y, system)

@@ -63,6 +63,13 @@ class RunSetup(eqx.Module):
     def substeps(self) -> int | Array:
         return self.solver.substeps if self.room is None else self.room.substeps  # pyright: ignore
 
+    @property
+    def most_steps(self) -> int:
+        """In all, as a run with room for them has."""
+        if self.room is not None:
+            return self.room.most[1]
+        return _roomy((self.count - 1) * self.solver.substeps, 100)  # pyright: ignore
+
 
 def roomy(setup: RunSetup, told: bool) -> RunSetup:
     """One program for it and for others like it that are shorter or longer, or step otherwise; for those that

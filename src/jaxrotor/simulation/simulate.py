@@ -18,25 +18,25 @@ from ..core.errors import SimulationInterrupted
 from ..core.gate import either, takes
 from ..core.notice import muted
 from ..core.parameter import is_concrete, numbers, require_x64
-from ..core.quick import lightly_compiled, quickly_compiled
+from ..core.quick import lightly_compiled
 from ..integrators.exponential import ExponentialAdams
 from ..integrators.progress import interruptible, progress_bar
 from ..machine.machine import Machine
 from ..machine.system import System
+from .beginning import begun
 from .checks import sample_count, turns_freely
 from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, plans, unresolved
 from .plan import Plan, refined
-from .prepared import Known, Prepared, Steps, assembled, known_of, prepare, steps_of, with_ladder
+from .prepared import Prepared
 from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
 from .run_setup import RunSetup, roomy, set_up
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
-from .start import start
 from .state import State
 
 # Times that a run of a line without a drive is planned anew for the speed that it reached.
@@ -225,10 +225,7 @@ def _run(
         own = roomy(setup, told) if alone else setup
 
         def call():
-            known = known_of(machine, own) if alone else None
-            system, y0, checks, prepared = _begin(machine, own, known)
-            if isinstance(prepared, Steps):
-                prepared = with_ladder(machine, own, known, prepared)  # pyright: ignore
+            system, y0, checks, prepared = begun(machine, own, alone)
             found = *_march(system, own, y0, prepared, told, concrete), checks
             return jax.block_until_ready(found) if concrete else found
 
@@ -248,19 +245,6 @@ def _run(
         y = jax.device_put(np.asarray(y)[:count])
     gap = checks if simulation.start == "steady" else None
     return told_of(setup.times, y, steps=steps, error=error, steady_gap=gap), checks
-
-
-@quickly_compiled
-def _begin(
-    machine: Machine, setup: RunSetup, known: Known | None
-) -> tuple[System, Array, Array, Prepared | Steps]:
-    """The machine assembled; the state at t = 0, and checks of it; and what the march needs, or its steps
-    alone where other programs know the weights."""
-    system, balanced = assembled(machine, setup, known)
-    y0, checks = start(system, balanced, setup.initial, setup.speed)
-    if known is not None and setup.grid is None:
-        return system, y0, checks, steps_of(system, setup)[1]
-    return system, y0, checks, prepare(system, balanced, setup, known)
 
 
 @lightly_compiled

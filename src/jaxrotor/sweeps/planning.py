@@ -10,6 +10,7 @@ import numpy as np
 from ..core.errors import ConvergenceError, InputError
 from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
+from ..machine.system import assemble
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
@@ -149,10 +150,12 @@ def _reached(setup: Setup, cases: Cases, simulation: Simulation, top, good) -> n
 
 
 @lightly_compiled
-def _pilots(machine: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
+def _pilots(given: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
     def one(own, when):
         abrupt, h, top = at
-        return pilot(placed(machine, own), when, abrupt, h, top, plan.order, plan.evaluations)
+        machine = placed(given, own)
+        system, balanced = assemble(machine), assemble(machine, nominal=True)
+        return pilot(system, balanced, when, abrupt, h, top, plan.order, plan.evaluations)
 
     return jax.vmap(one)(values, when)
 
