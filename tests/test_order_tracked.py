@@ -86,14 +86,14 @@ def test_runout_and_acceleration(steady):
 def test_window_in_a_run_up():
     """Against the integral over the window, done by NumPy on the samples; derivatives in both modes."""
     machine = rotor(jr.CosineRamp(speed=400.0, duration=1.0))
-    plan = jr.plan(machine, 1.2, RATE, "undeformed")
+    step = 1e-4
 
     def vectors(eccentricity):
         changed = machine.set({"disc.unbalance.eccentricity": eccentricity})
-        run = jr.simulate(changed, 1.2, RATE, "undeformed", step=plan)
+        run = jr.simulate(changed, 1.2, RATE, "undeformed", step=step)
         return TrackingFilter(ProximityProbe("disc", 0.3), "disc", turns=3).measure(run, [0.8, 1.0])
 
-    run = jr.simulate(machine, 1.2, RATE, "undeformed", step=plan)
+    run = jr.simulate(machine, 1.2, RATE, "undeformed", step=step)
     t, phi = np.asarray(run.t), np.asarray(run["disc"].phi)
     x = np.asarray(run["disc"].x) * np.cos(0.3) + np.asarray(run["disc"].y) * np.sin(0.3)
     from scipy.interpolate import make_interp_spline
@@ -185,7 +185,7 @@ def test_intervals_cover(identified):
 
 
 def test_drawn(identified):
-    panels = identified.plot.channels()
+    panels = identified.plot.fits()
     assert "speed" in panels[-1, 0].get_xlabel() and "um" in panels[0, 0].get_ylabel()
 
 
@@ -205,35 +205,47 @@ def test_drawn(identified):
             "conditions: disc.mass: is nan in row 2",
         ),
         (
-            lambda: TrackingFilter(ProximityProbe("disc", 0.0), "disc", unit="kg"),
+            lambda: asked(TrackingFilter(ProximityProbe("disc", 0.0), "disc", unit="kg")),
             "unit must be a multiple of m, but is 'kg'",
         ),
         (
-            lambda: TrackingFilter(ProximityProbe("disc", 0.0), "disc", unit="quux"),
+            lambda: asked(TrackingFilter(ProximityProbe("disc", 0.0), "disc", unit="quux")),
             "unit must be a multiple of m, but is 'quux'",
         ),
         (lambda: TrackingFilter(ProximityProbe("disc", 0.0), "disc", order=0), "order"),
         (
-            lambda: asked(jr.Channel(ProximityProbe("disc", 0.0)), [1 + 1j] * 9),
+            lambda: asked(jr.Channel(ProximityProbe("disc", 0.0))),
+            "steady vectors are what a TrackingFilter records, but it is a Channel",
+        ),
+        (
+            lambda: in_a_run(jr.Channel(ProximityProbe("disc", 0.0)), 1 + 1j),
             "holds vectors: record them by a TrackingFilter, but the channel is a Channel",
         ),
         (
-            lambda: asked(TrackingFilter(ProximityProbe("disc", 0.0), "disk"), [1 + 1j] * 9),
+            lambda: in_a_run(TrackingFilter(ProximityProbe("disc", 0.0), "disc"), 1.0),
+            "holds no vectors, but the channel is a TrackingFilter",
+        ),
+        (
+            lambda: asked(TrackingFilter(ProximityProbe("disc", 0.0), "disk")),
             "no such|did you mean|disk",
         ),
         (
-            lambda: asked(TrackingFilter(jr.sensors.Tachometer("disc"), "disc"), [1 + 1j] * 9),
+            lambda: asked(TrackingFilter(jr.sensors.Tachometer("disc"), "disc")),
             "Tachometer at order 1 cannot be told from an unbalance response",
         ),
     ],
 )
 def test_refused(make, words):
     with pytest.raises(jr.InputError, match=words):
-        found = make()
-        getattr(found, "check", lambda: None)()
+        make()
 
 
-def asked(channel, values):
+def asked(channel, values=(1 + 1j,) * 9):
     """`identify` with that channel, as far as it goes before anything runs."""
     data = jr.MeasuredResponse(np.arange(1.0, 10.0), {"a": values})
     return jr.identify(rotor(jr.ConstantSpeed(1.0)), ["springs.damping[0]"], {"a": channel}, data)
+
+
+def in_a_run(channel, value):
+    record = jr.Record({"a": jr.sensors.Series(np.linspace(0.0, 1.0, 9), np.full(9, value))})
+    return jr.identify(rotor(jr.ConstantSpeed(1.0)), ["springs.damping[0]"], {"a": channel}, record)

@@ -23,6 +23,7 @@ from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..search.unknown import as_unknowns
 from ..sensors.channel import as_channels
+from ..sensors.tracking_filter import TrackingFilter
 from ..simulation.simulate import for_slopes, settled
 from ..simulation.solver import is_planned
 from .candidate_run import CandidateRun, as_candidate_runs
@@ -91,6 +92,11 @@ def bench_of(machine: Machine, parameters: Any, sensors: Any, runs: Any) -> Benc
         "`noise=jr.sensors.Noise(std)`"
         for name, channel in instrumented.channels.items()
         if channel.noise is None or _is_zero(channel.noise.std)
+    ]
+    silent += [
+        f"`{name}`: vectors of windows that overlap tell the same again: give its sensor as a Channel"
+        for name, channel in instrumented.channels.items()
+        if isinstance(channel, TrackingFilter)
     ]
     if silent:
         raise InputError(*silent)

@@ -60,11 +60,13 @@ class FoundUnbalance:
             angle = np.where(reach < size, np.arcsin(np.minimum(1.0, reach / size)), np.pi)
         return reach, angle
 
+    def disc(self, level: float = 0.95) -> Float[np.ndarray, " p"]:
+        """(p,): radius of the disc in which each unbalance lies with this probability, in `unit`."""
+        return np.sqrt(2 * scipy.stats.f.ppf(level, 2, self.degrees)) * self.std
+
     def covers(self, truth: Any, level: float = 0.95) -> np.ndarray:
-        """(p,): whether the disc in which each unbalance lies with this probability holds `truth`."""
-        away = np.abs(np.asarray(truth) - self.unbalance) ** 2
-        limit = 2 * scipy.stats.f.ppf(level, 2, self.degrees)
-        return away <= limit * self.std**2
+        """(p,): whether these discs hold `truth`."""
+        return np.abs(np.asarray(truth) - self.unbalance) <= self.disc(level)
 
 
 @shows()

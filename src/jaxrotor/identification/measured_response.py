@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -17,6 +17,8 @@ from ..core.result_text import shows
 from ..linear.orders import unbalance_response
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
+from ..sensors.channel import AbstractChannel
+from ..sensors.sensor import Synchronous
 from ..sensors.tracking_filter import TrackingFilter
 from .simulated import AbstractRun
 
@@ -46,9 +48,10 @@ class SteadyRun(AbstractRun):
     times: tuple[Array, ...]
     conditions: dict[str, Array]
     channels: tuple[str, ...] = eqx.field(static=True)
+    one_by_one: ClassVar[bool] = True
 
     def records(self, bench: Instrumented) -> tuple[Array, ...]:
-        filters = [_filter(bench, name) for name in self.channels]
+        filters = [filter_of(bench.channels[name], f"`{name}`") for name in self.channels]
         looked_at = [f.sensor.watched() for f in filters]  # pyright: ignore
         outputs = tuple(dict.fromkeys(name for names in looked_at for name in names))
         speeds = self.times[0]
@@ -69,12 +72,17 @@ class SteadyRun(AbstractRun):
         )
 
 
-def _filter(bench: Instrumented, name: str) -> TrackingFilter:
-    channel = bench.channels[name]
+def filter_of(channel: AbstractChannel, place: str) -> TrackingFilter:
+    """The channel, where a steady response can be told of it; raises `InputError`."""
     if not isinstance(channel, TrackingFilter):
         raise InputError(
-            f"`{name}`: steady vectors are what a TrackingFilter records, but it is a "
+            f"{place}: steady vectors are what a TrackingFilter records, but it is a "
             f"{type(channel).__name__}: put its sensor into a jr.sensors.TrackingFilter"
+        )
+    if not isinstance(channel.sensor, Synchronous) or channel.order != 1:
+        raise InputError(
+            f"{place}: a {type(channel.sensor).__name__} at order {channel.order} cannot be told from an "
+            "unbalance response: measure it in a run"
         )
     return channel
 

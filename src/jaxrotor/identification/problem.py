@@ -20,6 +20,7 @@ from ..sensors.tracking_filter import TrackingFilter
 from ..simulation.response import StationResponse
 from ..simulation.simulate import for_slopes
 from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
+from .measured_response import MeasuredResponse, filter_of
 from .simulated import AbstractRun, Run, Simulated, as_real
 from .trials import Trial
 
@@ -146,6 +147,8 @@ def _signals(
         if name not in bench.channels:
             raise InputError(f"{place}: {unknown('channel', name, list(bench.channels))}")
         channel = bench.channels[name]
+        if isinstance(trial, MeasuredResponse):
+            filter_of(channel, place)
         one = _converted(one, channel.recorded_in, place)
         vectors = bool(np.iscomplexobj(one.values))
         if vectors != isinstance(channel, TrackingFilter):

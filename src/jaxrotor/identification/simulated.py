@@ -1,7 +1,7 @@
 """What the channels would have recorded, and its slopes: the costly part, compiled once for all stages."""
 
 import abc
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -23,6 +23,8 @@ class AbstractRun(eqx.Module):
 
     times: eqx.AbstractVar[tuple[Array, ...]]
     channels: eqx.AbstractVar[tuple[str, ...]]
+    # Whether batches go one after the other: calls of LAPACK side by side can deadlock (docs/solving.md).
+    one_by_one: eqx.AbstractClassVar[bool]
 
     @abc.abstractmethod
     def records(self, bench: Instrumented) -> tuple[Array, ...]:
@@ -36,6 +38,7 @@ class Run(AbstractRun):
     conditions: dict[str, Any]
     simulation: Simulation
     channels: tuple[str, ...] = eqx.field(static=True)
+    one_by_one: ClassVar[bool] = False
 
     def response(self, bench: Instrumented) -> Response:
         machine = bench.machine.set(self.conditions) if self.conditions else bench.machine
@@ -84,6 +87,8 @@ def records_and_slopes(
 
     if u.shape[0] == 1:  # a batch of one costs more than none
         return jax.tree.map(lambda x: x[None], both(u[0]))
+    if any(run.one_by_one for run in simulated.runs):
+        return jax.lax.map(both, u)
     return jax.vmap(both)(u)
 
 

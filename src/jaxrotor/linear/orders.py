@@ -38,6 +38,8 @@ from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, chec
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
 _TURNS = 2
+# Angles in these at which the forces are looked at: of anything, and where rotors alone excite.
+_ANY, _SMOOTH = 256, 32
 
 
 @shows(speeds="rad/s")
@@ -137,7 +139,8 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     if geared:
         machine = _only(machine, _members(machine, shaft))
     turn_at = machine.wiring.stations.index(shaft) if geared and shaft is not None else None
-    count = max(256, 8 * _TURNS * int(np.ceil(max(orders))))
+    least = _SMOOTH if _only_rotors_turn(machine) else _ANY
+    count = max(least, 8 * _TURNS * int(np.ceil(max(orders))))
     angles = 2 * np.pi * _TURNS * np.arange(count) / count
     given = (machine, _only(machine, frozenset()), found, speeds, orders, turn_at, at, angles)
     if traced(machine, speeds, at):
@@ -202,6 +205,16 @@ def _amplitudes(machine: Machine, balanced, outputs, speeds, orders, turn_at, at
         return jnp.stack([at_order(k) for k in orders])
 
     return jax.lax.map(one, speeds)
+
+
+def _only_rotors_turn(machine: Machine) -> bool:
+    """Whether no connector excites: what unbalance makes is of order 1, and a trifle of the next."""
+
+    def round_(part: Nominal) -> bool:
+        own, left = jax.tree.leaves(part), jax.tree.leaves(part.nominal())
+        return len(own) == len(left) and all(a is b for a, b in zip(own, left))
+
+    return all(round_(c) for c in machine.connectors if isinstance(c, Nominal))
 
 
 def _driven(machine: Machine) -> int:

@@ -11,6 +11,9 @@ from ..identification.posterior import Posterior
 from ..identification.profile import LikelihoodProfile
 from .style import COLOURS, GREY, Given, figure, label, legend
 
+# Values that are drawn as dots.
+_DOTS = 400
+
 
 def channel_fits(found: Identification, ax: Given | None = None) -> np.ndarray:
     """Measured over simulated, and what is left with twice the standard deviation of the noise; a row for
@@ -20,20 +23,49 @@ def channel_fits(found: Identification, ax: Given | None = None) -> np.ndarray:
     _, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), ax, sharex="row")
     for (left, right), fit in zip(axes, fits):
         name = f"{fit.channel} of {fit.run}" if several else fit.channel
-        left.plot(fit.t, fit.measured, color=GREY, linewidth=1.6, label="measured")
-        left.plot(fit.t, fit.simulated, color=COLOURS[0], linewidth=0.7, label="identified")
-        right.plot(fit.t, fit.residual, color=COLOURS[1], linewidth=0.5)
+        unit = f", {fit.unit}" if fit.unit else ""
+        across = "time, s" if fit.over == "time" else "speed, rad/s"
+        order = np.argsort(fit.t, kind="stable")
+        t, measured, simulated = fit.t[order], fit.measured[order], fit.simulated[order]
+        vectors = np.iscomplexobj(measured)
+        # dots while they can be told apart, with the line in front; else a broad band behind it
+        mark = "o" if measured.size < _DOTS else "-"
+        line = "o" if fit.over == "speed" else "-"
+        size = np.abs if vectors else np.asarray
+        left.plot(
+            t, size(measured), mark, color=GREY, linewidth=1.6, markersize=4, label="measured"
+        )
+        left.plot(
+            t,
+            size(simulated),
+            line,
+            color=COLOURS[0],
+            linewidth=0.7,
+            markersize=2,
+            label="identified",
+        )
+        rest = measured - simulated
+        for part, words, colour in (
+            (
+                (np.real(rest), "real part", COLOURS[1]),
+                (np.imag(rest), "imaginary part", COLOURS[2]),
+            )
+            if vectors
+            else ((rest, None, COLOURS[1]),)
+        ):
+            right.plot(t, part, line, color=colour, linewidth=0.5, markersize=3, label=words)
         for side in (-2, 2):
             right.axhline(side * fit.std, color="black", linewidth=0.9, linestyle="--")
-        unit = f", {fit.unit}" if fit.unit else ""
-        label(left, "time, s", f"{name}{unit}")
+        label(left, across, f"{'size of ' if vectors else ''}{name}{unit}")
         chance = "" if fit.white is None else f"; chance of white noise: {fit.white:.2g}"
         label(
             right,
-            "time, s",
+            across,
             f"left over{unit}",
             f"{name}: 2 std of its noise dashed{chance}",
         )
+        if vectors:
+            right.legend(frameon=False, fontsize=8, loc="upper left", ncols=2)
     axes[0, 0].legend(frameon=False, fontsize=9, loc="upper left", ncols=2)
     return axes
 

@@ -97,12 +97,9 @@ class TrackingFilter(AbstractChannel):
     def over_speed(
         self, values: Complex[Array, "n k"], speeds: Float[Array, " n"]
     ) -> Complex[Array, " n"]:
-        """What is shown in steady states, `values` being those of the sensor's `watched` outputs."""
-        if not isinstance(self.sensor, Synchronous) or self.order != 1:
-            raise InputError(
-                f"a {type(self.sensor).__name__} at order {self.order} cannot be told from an unbalance "
-                "response: measure it in a run"
-            )
+        """What is shown in steady states of order 1, `values` being those of the sensor's `watched` outputs
+        (it is a `Synchronous` one)."""
+        assert isinstance(self.sensor, Synchronous)
         ahead = jnp.exp(1j * self.mark)  # theta = phi - mark
         vectors = self.sensor.whirl(values, speeds) * ahead
         # counted the way it turns, x = Re(V e^(i phi)) is Re(conj(V) e^(i theta)) where phi falls
