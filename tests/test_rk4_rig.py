@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "experiments"))
 
-import rk4_rig as rig
+import rk4_rig as rig  # noqa: E402
 
 
 @pytest.fixture(scope="module")
