@@ -215,6 +215,7 @@ class Identification:
             "blind": list(self.blind),
             "warnings": list(self.warnings),
             "values_compared": self.count,
+            "loss": LOSSES[int(self.problem.loss)],
             "cost": self.cost,
             "aic": self.aic,
             "bic": self.bic,

@@ -91,9 +91,8 @@ def identify(
     `ConvergenceError` where no start leads to a run that stays finite.
     """
     require_x64()
-    loss_number(loss)
     bench, space, searches, places, given = asked(
-        machine, parameters, sensors, data, stages, starts, shaft
+        machine, parameters, sensors, data, stages, starts, loss, shaft
     )
     begun = space.set(bench, space.starts)
     trials = [trial.planned(begun.machine) for trial in given]
@@ -148,10 +147,12 @@ def asked(
     data: Any,
     stages: Sequence[Stage | AbstractDomain] = (Time(),),
     starts: Sequence[Mapping[str, float]] = (),
+    loss: Loss = "squares",
     shaft: str | None = None,
 ) -> Asked:
     """The arguments of `identify`, judged as far as they can be before anything runs; raises `InputError`."""
     machine.check()
+    loss_number(loss)
     bench = Instrumented(machine, as_channels(dict(sensors)))
     bench.check()
     space = Space.of(bench, as_unknowns(parameters))

@@ -21,19 +21,19 @@ _MET = 1e-3
 # A gain that differs from 1 by less is that of a calibration, and none of a wrong direction alone.
 _SAME = 0.15
 # Factors by which records are taken for one another, and how near a gain has to be.
-_NEAR = 0.03
+_NEAR = 0.02
 _MISTAKES = {
-    np.sqrt(2): "an amplitude and its rms value",
-    2.0: "an amplitude and peak-to-peak, or two pulses a turn and one",
-    2 * np.sqrt(2): "peak-to-peak and the rms value",
-    9.80665: "g and m/s^2",
-    30 / np.pi: "rpm and rad/s",
-    25.4: "mil and um, or inch and mm",
-    180 / np.pi: "degrees and radians",
-    60.0: "seconds and minutes",
-    1e3: "mm and m, or um and mm",
-    1e6: "um and m",
+    np.sqrt(2): "amplitude and rms?",
+    2.0: "amplitude and peak-to-peak?",
+    2 * np.sqrt(2): "peak-to-peak and rms?",
+    9.80665: "g and m/s^2?",
+    25.4: "mil and um, inch and mm?",
+    180 / np.pi: "degrees and radians?",
+    1e3: "m, mm and um?",
+    1e6: "m and um?",
 }
+_OF_SPEEDS = {2.0: "two pulses a turn?", 30 / np.pi: "rpm and rad/s?", 60.0: "rpm and Hz?"}
+_SPEEDS = ("rad/s", "rpm", "Hz")
 # A delay is looked for within this part of the record; a stretch holds still for so many values; spikes stand
 # out by so many (robust) standard deviations and are rarer than this.
 _LATE, _STILL, _OUT, _RARE = 0.1, 10, 6.0, 0.02
@@ -74,25 +74,40 @@ class Guess(NamedTuple):
 
 def _gain(seen: Seen) -> Iterator[Guess]:
     m, s = seen.measured, seen.simulated
-    gain = float((np.conj(s) @ m).real / (np.conj(s) @ s).real)
+    gain = float(np.real(np.vdot(s, m)) / np.real(np.vdot(s, s)))
     if gain == 0.0:
         return
-    looked_for = "`{0}.sensitivity`" if not seen.vectors else "`unit` and `reading` of {0}"
     words = []
     if gain < 0:
-        remedy = "turn its direction, or set its sensitivity to the negative"
-        words.append(f"looks inverted: {remedy}" if not seen.vectors else "looks inverted")
-    if abs(np.log(abs(gain))) > (_SAME if gain < 0 else 0.0):
-        size = max(abs(gain), 1 / abs(gain))
-        known = [what for f, what in _MISTAKES.items() if abs(np.log(size / f)) < _NEAR]
-        hint = f" ({known[0]}?)" if known else ""
-        if known and seen.unit in ("rad/s", "rpm", "Hz"):
-            hint = f" ({known[0]}? or another shaft?)"
-        words.append(
-            f"reads {size:.3g} times too {'much' if abs(gain) > 1 else 'little'}{hint}: see "
-            + looked_for.format(seen.name)
+        remedy = (
+            "" if seen.vectors else ": turn its direction, or set its sensitivity to the negative"
         )
+        words.append(f"looks inverted{remedy}")
+    if gain > 0 or abs(np.log(-gain)) > _SAME:
+        where = (
+            f"{seen.name}.unit` and `{seen.name}.reading"
+            if seen.vectors
+            else f"{seen.name}.sensitivity"
+        )
+        way = "much" if abs(gain) > 1 else "little"
+        words.append(f"reads {_size(gain)} times too {way}{_mistake(gain, seen)}: see `{where}`")
     yield Guess("; it ".join(words), m - gain * s, 1)
+
+
+def _size(gain: float) -> str:
+    size = max(abs(gain), 1 / abs(gain))
+    return f"{size:.3g}" if size < 100 else f"{size:.0f}"
+
+
+def _mistake(gain: float, seen: Seen) -> str:
+    """What else may have been recorded."""
+    speed = seen.unit in _SPEEDS
+    known = _OF_SPEEDS if speed else _MISTAKES
+    off = {f: abs(abs(np.log(abs(gain))) - np.log(f)) for f in known}
+    nearest = min(off, key=lambda f: off[f])
+    told = [known[nearest]] if off[nearest] < _NEAR else []
+    told += ["another shaft?"] if speed else []
+    return f" ({' '.join(told)})" if told else ""
 
 
 def _offset(seen: Seen) -> Iterator[Guess]:
@@ -190,9 +205,11 @@ def _turned(seen: Seen) -> Iterator[Guess]:
     if not seen.vectors:
         return
     angle = float(np.angle(np.conj(seen.simulated) @ seen.measured))
-    turn = np.exp(1j * angle)
-    words = f"looks turned by {np.rad2deg(angle):.0f} degrees: check the keyphasor's mark (`{seen.name}.mark`)"
-    yield Guess(words, seen.measured - turn * seen.simulated, 1)
+    words = (
+        f"looks turned by {np.rad2deg(angle):.0f} degrees: check the keyphasor's mark "
+        f"(`{seen.name}.mark`)"
+    )
+    yield Guess(words, seen.measured - np.exp(1j * angle) * seen.simulated, 1)
     words = (
         f"looks conjugated: a lag taken for a lead, or the other way round (`lag` of {seen.name})"
     )
