@@ -1,5 +1,7 @@
 """Twenty records with something wrong: what is said of each."""
 
+import re
+
 import jax
 import numpy as np
 import pytest
@@ -15,6 +17,9 @@ KNOWN = [
     jr.Unknown("bearing.stiffness[0]", positive=True, also={"bearing.stiffness[1]": 1.0}),
     jr.Unknown("bearing.damping[0]", bounds=(1.0, 1e3), also={"bearing.damping[1]": 1.0}),
 ]
+
+
+TRUTH = dict(zip((one.path for one in KNOWN), (2e-5, 0.7, 1.2e5, 60.0)))
 
 
 def machine(e=2e-5, angle=0.7, k=1.2e5, c=60.0):
@@ -61,11 +66,128 @@ def good():
     return found
 
 
-def identified(good, **changes):
-    """With another (t, values) in some channels."""
+def identified(good, loss="squares", **changes):
+    """With other instants and values of some channels."""
     series = {
         name: jr.sensors.Series(*(good | changes)[name], channel.recorded_in)
         for name, channel in SENSORS.items()
     }
     data = jr.MeasuredRun(jr.Record(series), initial="undeformed")
-    return jr.identify(machine(2.2e-5, 0.5, 1.15e5, 70.0), KNOWN, SENSORS, data)
+    return jr.identify(machine(2.2e-5, 0.5, 1.15e5, 70.0), KNOWN, SENSORS, data, loss=loss)
+
+
+def late(delay):
+    return lambda t, v: np.interp(t - delay, t, v)
+
+
+def spiked(t, v):
+    v[[34, 207, 311, 466, 601, 785, 902]] += [4.0, -4.0, 3.0, 5.0, -3.0, 4.0, 4.0]
+    return v
+
+
+def held(t, v):
+    v[560:640] = v[560]
+    return v
+
+
+def test_nothing_is_said_of_a_good_record(good):
+    found = identified(good)
+    assert found.suspects == () and found.warnings == ()
+
+
+# channel, what is wrong with it, what is said of it
+FITTED = {
+    "wrong sign": ("right", lambda t, v: -v, "`right` of `run` looks inverted: turn its direction"),
+    "wrong sign of an accelerometer": ("housing", lambda t, v: -v, "`housing` of `run` looks inverted"),
+    "g for m/s^2": ("housing", lambda t, v: v / 9.80665, r"9\.\d+ times too little \(g and m/s\^2\?\)"),
+    "mm for m": ("housing", lambda t, v: 1e3 * v, r"1\d\d\d|9\d\d times too much \(m, mm and um\?\)"),
+    "mil for um": ("vector", lambda t, v: v / 25.4, r"25\.\d times too little \(mil and um, .*vector.unit"),
+    "peak-to-peak": ("vector", lambda t, v: 2 * v, r"2 times too much \(amplitude and peak-to-peak"),
+    "wrong sensitivity": ("top", lambda t, v: 1.6 * v, r"1\.6 times too much: see `top.sensitivity`"),
+    "gap voltage": ("top", lambda t, v: v - 9.2, r"offset of -9\.2 V: .*`top.bias`"),
+    "late": ("top", late(3e-3), r"comes (2\.9\d|3|3\.0\d) ms late: .*`top.delay`"),
+    "early": ("housing", late(-2e-3), r"comes (1\.9\d|2|2\.0\d) ms early"),
+    "spikes": ("right", spiked, r"holds 7 spikes, the first at 0\.034 s: .*loss=.huber"),
+    "dead": ("housing", lambda t, v: 0 * v + 0.3, "`housing` of `run` never changes: is it connected"),
+    "filled gap": ("right", held, r"holds still from 0\.56 to 0\.639 s: a gap filled"),
+    "speed of another shaft": ("speed", lambda t, v: 0.37 * v, r"2\.7 times too little \(another shaft"),
+    "pulses a turn": ("speed", lambda t, v: 2 * v, r"2 times too much \(two pulses a turn\? another"),
+    "lag for lead": ("vector", lambda t, v: np.conj(v), "looks conjugated: a lag taken for a lead"),
+    "wrong mark": ("vector", lambda t, v: 1j * v, r"looks turned by (89|90|91) degrees: .*`vector.mark`"),
+    "slow roll": ("vector", lambda t, v: v + 8 - 6j, r"constant vector of (9\.\d+|10) um at -3\d degrees"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("channel, fault, words", FITTED.values(), ids=FITTED)
+def test_fitted(good, channel, fault, words):
+    t, values = good[channel]
+    (said,) = identified(good, **{channel: (t, fault(t, values.copy()))}).suspects
+    assert f"`{channel}` of `run`" in said
+    assert re.search(words, said), said
+
+
+def test_swapped(good):
+    found = identified(good, right=good["top"], top=good["right"])
+    assert found.suspects == (
+        "`right` and `top` of `run` look swapped: name their columns the other way round",
+    )
+    assert found.suspects[0] in found.warnings and found.suspects[0] in str(found)
+
+
+def test_several(good):
+    """Two channels wrong of five, each in its own way."""
+    (t, right), (_, housing) = good["right"], good["housing"]
+    said = identified(good, right=(t, -right), housing=(t, late(4e-3)(t, housing))).suspects
+    assert len(said) == 2 and "inverted" in said[0] and "4 ms late" in said[1]
+
+
+def test_spikes_and_losses(good):
+    """5 % of spikes, all to one side: squares are led astray, robust losses are not, and say the same as
+    squares without them."""
+    clean = identified(good)
+    rng = np.random.default_rng(1)
+    changes = {}
+    for name in ("right", "top", "housing"):
+        t, values = good[name]
+        out = rng.random(len(t)) < 0.05
+        size = 25 * NOISE[name] * rng.uniform(0.5, 1.5, len(t))
+        changes[name] = (t, values + out * size * np.sign(values))
+    astray = identified(good, **changes)
+    off = [abs(astray.values[p] - x) / clean.std[p] for p, x in TRUTH.items()]
+    assert max(off) > 10
+    for loss in ("huber", "student"):
+        found = identified(good, loss, **changes)
+        for path, x in TRUTH.items():
+            assert abs(found.values[path] - x) < 3.5 * found.std[path], (loss, path)
+            assert 0.9 < found.std[path] / clean.std[path] < 1.6
+        same = identified(good, loss)
+        for path in TRUTH:
+            assert abs(same.values[path] - clean.values[path]) < 1.0 * clean.std[path]
+            assert same.std[path] == pytest.approx(clean.std[path], rel=0.1)
+        assert same.warnings == ()
+
+
+T = np.arange(20) / 10
+
+
+@pytest.mark.parametrize(
+    "t, values, words",
+    [
+        (np.where(T == 0.7, np.nan, T), T, "the instant in row 8 is nan: every value needs its time"),
+        (np.where(T == 0.7, 0.6, T), T, r"row 8 is at 0\.6 s again 0\.6 s \(1 such rows\)"),
+        (T[::-1], T, "time must rise"),
+        (T, np.where(T == 0.7, np.inf, T), "the value in row 8 is infinite"),
+        (T, T[1:], "as many values as instants"),
+        (T, np.full(20, np.nan), "has 0 values; 4 at least are needed: is the right column"),
+    ],
+    ids=["NaN time", "twice", "backwards", "infinite", "ragged", "empty"],
+)  # fmt: skip
+def test_refused(t, values, words):
+    with pytest.raises(jr.InputError, match=words):
+        jr.sensors.Series(t, values, "V")
+
+
+def test_another_kind_of_unit(good):
+    series = {"housing": jr.sensors.Series(*good["housing"], "mm/s")}
+    with pytest.raises(jr.InputError, match="is in mm/s, but the channel records m/s"):
+        jr.identify(machine(), KNOWN, SENSORS, jr.Record(series))

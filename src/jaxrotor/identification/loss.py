@@ -32,7 +32,7 @@ def loss_number(name: Any) -> Int[Array, ""]:
     """Which of `LOSSES`: a leaf, so that another one compiles nothing. Raises `InputError`."""
     if name not in LOSSES:
         raise InputError(f"loss must be one of {', '.join(LOSSES)}, but is {name!r}")
-    return jnp.asarray(LOSSES.index(name))
+    return jnp.asarray(LOSSES.index(name), jnp.int32)
 
 
 def _squares(r: Array) -> tuple[Array, Array]:

@@ -64,12 +64,14 @@ class Seen(NamedTuple):
 
 class Guess(NamedTuple):
     """`words` follow the place of the channel; what is `left`, (n,), for so many `unknowns`. `instead`: the
-    other channel that the words are about as well."""
+    other channel that the words are about as well. `relative`: were another channel wrong the other way, it
+    would look the same."""
 
     words: str
     left: np.ndarray
     unknowns: int
     instead: str = ""
+    relative: bool = False
 
 
 def _gain(seen: Seen) -> Iterator[Guess]:
@@ -91,7 +93,7 @@ def _gain(seen: Seen) -> Iterator[Guess]:
         )
         way = "much" if abs(gain) > 1 else "little"
         words.append(f"reads {_size(gain)} times too {way}{_mistake(gain, seen)}: see `{where}`")
-    yield Guess("; it ".join(words), m - gain * s, 1)
+    yield Guess("; it ".join(words), m - gain * s, 1, relative=True)
 
 
 def _size(gain: float) -> str:
@@ -153,7 +155,7 @@ def _delay(seen: Seen) -> Iterator[Guess]:
         f"comes {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}: give its channel this delay, "
         f"or let it be looked for (`{seen.name}.delay`)"
     )
-    yield Guess(words, left(delay), 1)
+    yield Guess(words, left(delay), 1, relative=True)
 
 
 def _swapped(seen: Seen) -> Iterator[Guess]:
@@ -209,11 +211,11 @@ def _turned(seen: Seen) -> Iterator[Guess]:
         f"looks turned by {np.rad2deg(angle):.0f} degrees: check the keyphasor's mark "
         f"(`{seen.name}.mark`)"
     )
-    yield Guess(words, seen.measured - np.exp(1j * angle) * seen.simulated, 1)
+    yield Guess(words, seen.measured - np.exp(1j * angle) * seen.simulated, 1, relative=True)
     words = (
         f"looks conjugated: a lag taken for a lead, or the other way round (`lag` of {seen.name})"
     )
-    yield Guess(words, seen.measured - np.conj(seen.simulated), 0)
+    yield Guess(words, seen.measured - np.conj(seen.simulated), 0, relative=True)
 
 
 _GUESSES: tuple[Callable[[Seen], Iterator[Guess]], ...] = (
@@ -257,6 +259,7 @@ def _independent(x: np.ndarray) -> float:
 def suspects(channels: Sequence[ChannelFit]) -> tuple[str, ...]:
     """A sentence on each channel whose residual looks like one mistake."""
     found = []
+    named = sorted({fit.channel for fit in channels})
     for fit in channels:
         there = np.isfinite(fit.measured) & np.isfinite(fit.simulated)
         others = {}
@@ -280,5 +283,9 @@ def suspects(channels: Sequence[ChannelFit]) -> tuple[str, ...]:
         )
         if guess is not None:
             names = sorted(filter(None, (fit.channel, guess.instead)))
-            found.append(f"{' and '.join(f'`{n}`' for n in names)} of `{fit.run}` {guess.words}")
+            told = f"{' and '.join(f'`{n}`' for n in names)} of `{fit.run}` {guess.words}"
+            if guess.relative and len(named) == 2:
+                (other,) = (n for n in named if n != fit.channel)
+                told += f"; or `{other}` is wrong the other way: two channels cannot tell, a third would"
+            found.append(told)
     return tuple(dict.fromkeys(found))

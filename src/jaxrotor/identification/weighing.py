@@ -18,7 +18,7 @@ _QUIET = 1e-6
 # part of its signal where the noise was not given.
 _WORSE, _PART = 2.0, 0.2
 # Searches, and iterations of each, that find out which ones agree.
-_ROUNDS, _ITERATIONS = 4, 6
+_ROUNDS, _ITERATIONS = 5, 6
 
 
 def levels(problem: Problem, u: Float[Array, " n"]) -> list[float]:
@@ -57,28 +57,36 @@ def agreeing(problem: Problem, u: Float[Array, " n"]) -> tuple[ChannelFit, ...] 
     residual, again and again, until most of them agree and the wrong ones count for nothing. None where none
     is met badly, or there is nothing to compare. No estimate is changed by it; nothing is compiled anew."""
     given = noise_given(problem)
-    sizes = [
-        float(np.std(np.asarray(s.values)[np.asarray(s.valid) > 0])) / float(s.std)
-        for s in problem.signals
-    ]
+    known = [np.asarray(s.values)[np.asarray(s.valid) > 0] for s in problem.signals]
     bad = [
-        level > (_WORSE if known else _PART * size)
-        for level, known, size in zip(levels(problem, u), given, sizes)
+        level > (_WORSE if noise else _PART * float(np.std(values)) / float(s.std))
+        for level, noise, values, s in zip(levels(problem, u), given, known, problem.signals)
     ]
     if len(problem.signals) < 2 or not any(bad):
         return None
-    own = [float(s.std) for s in problem.signals]
-    moving = problem
+    # what reads far too little would count too much by its own size, and what never moves is no witness
+    start = jnp.zeros_like(u)
+    begun = records(problem.simulated, start)
+    own = []
+    for s, noise, values, record in zip(problem.signals, given, known, begun):
+        size = float(s.std) if noise else max(float(np.std(values)), float(np.nanstd(record)))
+        own.append(size / _QUIET if np.ptp(values) == 0 else size or 1.0)
+    stds, moving = own, problem
+    u = min(start, u, key=lambda at: sum(x**2 for x in levels(weighed(problem, own), at)))
     for _ in range(_ROUNDS):
-        stds = [
-            max(float(s.std) * level, std if known else _QUIET * std)
-            for s, level, std, known in zip(moving.signals, levels(moving, u), own, given)
-        ]
-        if np.allclose(stds, [float(s.std) for s in moving.signals], rtol=0.02):
-            break
         moving = weighed(problem, stds)
         (fit,) = search(moving, jnp.asarray(u)[None], _ITERATIONS)
         if not np.isfinite(fit.costs[-1]):
             return None
         u = fit.u
+        left = [float(s.std) * level for s, level in zip(moving.signals, levels(moving, u))]
+        before, stds = (
+            stds,
+            [
+                max(size, std if noise else _QUIET * std)
+                for size, std, noise in zip(left, own, given)
+            ],
+        )
+        if np.allclose(stds, before, rtol=0.02):
+            break
     return meet(problem, u, 1.0)
