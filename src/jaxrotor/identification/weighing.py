@@ -18,7 +18,7 @@ _QUIET = 1e-6
 # part of its signal where the noise was not given.
 _WORSE, _PART = 2.0, 0.2
 # Searches, and iterations of each, that find out which ones agree.
-_ROUNDS, _ITERATIONS = 5, 6
+_ROUNDS, _ITERATIONS = 5, 5
 
 
 def levels(problem: Problem, u: Float[Array, " n"]) -> list[float]:
@@ -64,29 +64,26 @@ def agreeing(problem: Problem, u: Float[Array, " n"]) -> tuple[ChannelFit, ...] 
     ]
     if len(problem.signals) < 2 or not any(bad):
         return None
-    # what reads far too little would count too much by its own size, and what never moves is no witness
+    # at first one voice each, by what is simulated too: what reads far too little would count too much by its
+    # own size; what never moves is no witness
     start = jnp.zeros_like(u)
-    begun = records(problem.simulated, start)
-    own = []
-    for s, noise, values, record in zip(problem.signals, given, known, begun):
-        size = float(s.std) if noise else max(float(np.std(values)), float(np.nanstd(record)))
-        own.append(size / _QUIET if np.ptp(values) == 0 else size or 1.0)
-    stds, moving = own, problem
-    u = min(start, u, key=lambda at: sum(x**2 for x in levels(weighed(problem, own), at)))
+    stds, least = [], []
+    for s, noise, values, record in zip(
+        problem.signals, given, known, records(problem.simulated, start)
+    ):
+        size = max(float(np.std(values)), float(np.nanstd(record))) or 1.0
+        stds.append(size / _QUIET if np.ptp(values) == 0 else size)
+        least.append(float(s.std) if noise else _QUIET * stds[-1])
+    moving = weighed(problem, stds)
+    u = min(start, u, key=lambda at: sum(x**2 for x in levels(moving, at)))
     for _ in range(_ROUNDS):
-        moving = weighed(problem, stds)
-        (fit,) = search(moving, jnp.asarray(u)[None], _ITERATIONS)
+        (fit,) = search(moving, u[None], _ITERATIONS)
         if not np.isfinite(fit.costs[-1]):
             return None
-        u = fit.u
-        left = [float(s.std) * level for s, level in zip(moving.signals, levels(moving, u))]
-        before, stds = (
-            stds,
-            [
-                max(size, std if noise else _QUIET * std)
-                for size, std, noise in zip(left, own, given)
-            ],
-        )
-        if np.allclose(stds, before, rtol=0.02):
+        u, before = fit.u, stds
+        left = [std * level for std, level in zip(stds, levels(moving, u))]
+        stds = [max(pair) for pair in zip(left, least)]
+        if np.allclose(stds, before, rtol=0.05):
             break
+        moving = weighed(problem, stds)
     return meet(problem, u, 1.0)
