@@ -18,7 +18,7 @@ _QUIET = 1e-6
 # part of its signal where the noise was not given.
 _WORSE, _PART = 2.0, 0.2
 # Searches, and iterations of each, that find out which ones agree.
-_ROUNDS, _ITERATIONS = 5, 5
+_ROUNDS, _ITERATIONS = 4, 5
 
 
 def levels(problem: Problem, u: Float[Array, " n"]) -> list[float]:
@@ -83,7 +83,7 @@ def agreeing(problem: Problem, u: Float[Array, " n"]) -> tuple[ChannelFit, ...] 
         u, before = fit.u, stds
         left = [std * level for std, level in zip(stds, levels(moving, u))]
         stds = [max(pair) for pair in zip(left, least)]
-        if np.allclose(stds, before, rtol=0.05):
+        if np.allclose(stds, before, rtol=0.2):
             break
         moving = weighed(problem, stds)
     return meet(problem, u, 1.0)
