@@ -134,7 +134,7 @@ FITTED = {
     "pulses a turn": ("speed", lambda t, v: 2 * v, r"2 times too much \(two pulses a turn\? another"),
     "lag for lead": ("vector", lambda t, v: np.conj(v), "looks conjugated: a lag taken for a lead"),
     "wrong mark": ("vector", lambda t, v: 1j * v, r"looks turned by (89|90|91) degrees: .*`vector.mark`"),
-    "slow roll": ("vector", lambda t, v: v + 8 - 6j, r"constant vector of (9\.\d+|10|10\.\d) um at -3\d degrees"),
+    "slow roll": ("vector", lambda t, v: v + 8 - 6j, r"constant vector of (9|10)\S* um at -3\d degrees"),
 }  # fmt: skip
 
 

@@ -270,7 +270,7 @@ def test_saved(found, tmp_path):
         (dict(stages=(jr.identification.Frequencies(0.001, 0.01),)), "gaps|no line"),
         (dict(starts=[{"d.mass": 1.0}]), "is not looked for"),
         (dict(starts=[{"bearing.damping[0]": 1e4}]), "out of its bounds"),
-        (dict(loss="cauchy"), "loss must be one of squares, huber, student, but is 'cauchy'"),
+        (dict(loss="cauchy"), "loss must be 'squares' or 'huber' or 'student', but is 'cauchy'"),
         (dict(shaft="wheel", stages=(jr.identification.Orders(),)), "wheel"),
     ],
 )  # fmt: skip

@@ -118,7 +118,7 @@ def test_without_spikes_little_is_lost(problem, loss, efficiency):
     assert np.std((off - plain) / stated) < 1.3 * np.sqrt(1 / efficiency - 1)
     assert np.mean(std / stated) == pytest.approx(efficiency**-0.5, rel=0.03)
     covered = np.mean(np.abs(off) <= reach * std, axis=0)
-    assert (covered >= 0.92).all() and (covered <= 0.98).all(), covered
+    assert (covered >= 0.9).all() and (covered <= 0.99).all(), covered
 
 
 @pytest.mark.parametrize("loss", ["huber", "student"])
@@ -133,13 +133,7 @@ def test_with_spikes(problem, loss):
     real = off.std(axis=0, ddof=1)
     assert (np.abs(real / np.sqrt((std**2).mean(axis=0)) - 1) < 0.12).all()
     covered = np.mean(np.abs(off) <= reach * std, axis=0)
-    assert (covered[[0, 2, 3]] >= 0.92).all() and (covered[[0, 2, 3]] <= 0.98).all(), covered
-    print(
-        loss,
-        covered,
-        np.median(np.abs(plain[:, 1]) / stated[:, 1]),
-        np.median(off[:, 1] / std[:, 1]),
-    )
+    assert (covered[[0, 2, 3]] >= 0.9).all() and (covered[[0, 2, 3]] <= 0.99).all(), covered
 
 
 def test_the_least_is_found(problem):
