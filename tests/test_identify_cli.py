@@ -266,6 +266,7 @@ def test_identified_angles_are_wrapped(place):
         (("circular = true", 'bounds = "3 rad"'), "bounds must be two quantities"),
         (("turns = 4", "turns = 0.5"), "stages`: .*turns must be 1 at least"),
         (("turns = 4", 'shaft = "disk"'), "shaft names no station"),
+        (("turns = 4", 'loss = "hubber"'), "loss must be one of the known.*did you mean `huber`"),
         (("std = 0.05", "std = -0.05"), "noise.std must be zero or positive"),
         (('records = ["run.toml"]', 'records = "run.toml"'), "records must be a list, but is"),
         (('records = ["run.toml"]', "records = [3]"), "entry 1`: must be a file's name or"),

@@ -54,6 +54,7 @@ def _arguments(study: Study) -> dict[str, Any]:
         sensors=told.sensors,
         data=trials,
         stages=told.stages,
+        loss=told.loss,
         shaft=told.shaft,
     )
 

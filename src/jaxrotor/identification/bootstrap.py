@@ -12,11 +12,10 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
 from ..sensors.noise import Noise
+from .estimated import known_from_each
 from .fit import search
 from .identification import Identification
-from .problem import residual_and_slopes, with_data
 from .simulated import records, records_and_slopes
-from .uncertainty import knowledge
 
 
 @shows(coverage="", spread="")
@@ -75,13 +74,8 @@ def bootstrap(
     fits = search(problem, jnp.tile(truth, (count, 1)), iterations, data=tuple(data))
     u = jnp.stack([fit.u for fit in fits])
     simulated, slopes = records_and_slopes(problem.simulated, u)
-    r, J = jax.vmap(lambda d, u, x, dx: residual_and_slopes(with_data(problem, d), u, x, dx))(
-        tuple(data), u, simulated, slopes
-    )
-    given = found.knowledge.scale == 1.0
     stated, covered = [], []
-    for k in range(count):
-        own = knowledge(np.asarray(J[k]), np.asarray(r[k]), space.paths, found.count, given)
+    for k, own in enumerate(known_from_each(problem, tuple(data), u, simulated, slopes)):
         du = np.asarray(jax.jacfwd(space.values)(u[k])).diagonal()
         stated.append(np.abs(du) * own.std)
         covered.append(np.abs(np.asarray(u[k] - truth)) <= own.reach(level))

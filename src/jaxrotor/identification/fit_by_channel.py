@@ -7,10 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.result_text import shows
+from .loss import LOSSES
 from .measured_response import SteadyRun
 from .problem import Problem
 from .simulated import as_vectors, records
 from .uncertainty import too_large, whiteness
+
+# What a robust loss sets aside, in standard deviations, does not count against the rest.
+_ASIDE = 4.0
 
 
 @shows(t="s", measured="@unit", simulated="@unit", std="@unit")
@@ -48,6 +52,7 @@ def noise_given(problem: Problem) -> list[bool]:
 def meet(problem: Problem, u: Any, scale: float, known: bool = False) -> tuple[ChannelFit, ...]:
     """`scale`: of the standard deviations of signals whose noise was not given (`known`: all were)."""
     simulated = problem.simulated
+    robust = LOSSES[int(problem.loss)] != "squares"
     found = []
     times = [(run, t) for run in simulated.runs for t in run.times]
     for signal, (run, t), record, given in zip(
@@ -58,6 +63,7 @@ def meet(problem: Problem, u: Any, scale: float, known: bool = False) -> tuple[C
         valid = np.asarray(signal.valid) > 0
         r = np.asarray(signal.residual(record)) / size
         whole = signal.compared.matrix is None
+        tested = valid & (np.abs(r) < _ASIDE) if whole and robust else valid
         measured = np.where(valid, np.asarray(signal.values), np.nan)
         shown = as_vectors if signal.vectors else np.asarray
         found.append(
@@ -69,8 +75,8 @@ def meet(problem: Problem, u: Any, scale: float, known: bool = False) -> tuple[C
                 measured=shown(measured),
                 simulated=shown(record),
                 std=float(signal.std) * size,
-                white=whiteness(r, valid) if whole and not steady else None,
-                sized=too_large(r[valid], int(valid.sum())) if given and whole else None,
+                white=whiteness(r, tested) if whole and not steady else None,
+                sized=too_large(r[tested], int(tested.sum())) if given and whole else None,
                 over="speed" if steady else "time",
             )
         )

@@ -18,6 +18,7 @@ from ..sensors.channel import AbstractChannel
 from ..sensors.record import Record
 from .domain import Time
 from .fit_by_channel import ChannelFit, meet
+from .loss import LOSSES
 from .problem import Problem, pose, weighed
 from .trials import Trial, as_trials
 from .uncertainty import Knowledge
@@ -35,7 +36,8 @@ class Identification:
     - `std`, `intervals(level)`: standard deviations and confidence intervals; infinite where the data
       cannot see a parameter. `correlation`: (n, n), in the order of `values`.
     - `blind`: combinations of parameters that the data cannot see. `warnings`: sentences on all that is
-      doubtful. `print(found)` shows the table and the warnings.
+      doubtful, `suspects` among them: channels whose residual looks like one mistake. `print(found)` shows
+      the table and the warnings.
     - `channels`: measured and simulated signals. `histories`: cost at each iteration of each search, by name:
       those of the stages, and those that a stage repeats with weights from its residuals.
     - `aic`, `bic`: to compare models of the same data; the smaller is the better.
@@ -55,6 +57,7 @@ class Identification:
     units: tuple[str, ...]
     problem: Problem
     interrupted: bool = False
+    suspects: tuple[str, ...] = ()
 
     plot = plot_door()
 
@@ -116,6 +119,9 @@ class Identification:
 
     def _misfit(self) -> float:
         """-2 log likelihood but for a constant of the data; noise of unknown size at its best estimate."""
+        if LOSSES[int(self.problem.loss)] != "squares":
+            sizes = [s.count * float(np.log(s.std)) for s in self.problem.signals]
+            return 2 * (self.cost + sum(sizes))
         if all(c.sized is not None for c in self.channels):
             return 2 * self.cost
         return sum(
@@ -145,6 +151,7 @@ class Identification:
                 f"`{self.paths[i]}` and `{self.paths[j]}` are hardly told apart (correlation "
                 f"{self.correlation[i, j]:.4f})"
             )
+        found += self.suspects
         tests = [p for fit in self.channels for p in (fit.white, fit.sized) if p is not None]
         chance = _CHANCE / max(1, len(tests))
         for fit in self.channels:
@@ -208,6 +215,7 @@ class Identification:
             "blind": list(self.blind),
             "warnings": list(self.warnings),
             "values_compared": self.count,
+            "loss": LOSSES[int(self.problem.loss)],
             "cost": self.cost,
             "aic": self.aic,
             "bic": self.bic,

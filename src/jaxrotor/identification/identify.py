@@ -1,5 +1,6 @@
 """Parameters from measured runs."""
 
+import contextlib
 import dataclasses
 import sys
 from collections.abc import Mapping, Sequence
@@ -24,16 +25,19 @@ from ..search.unknown import as_unknowns
 from ..sensors.channel import as_channels
 from .descent import descend
 from .domain import AbstractDomain, Time
+from .estimated import known_from
 from .fit import Fit, search
 from .fit_by_channel import meet, noise_given
 from .identification import Identification
-from .problem import Problem, check_data, in_reverse, pose, residual_and_slopes, weighed
-from .simulated import records, records_and_slopes
+from .loss import LOSSES, Loss, loss_number
+from .problem import Problem, check_data, in_reverse, pose, with_loss
+from .simulated import records_and_slopes
+from .suspects import suspects
 from .trials import Trial, as_trials
-from .uncertainty import knowledge
+from .weighing import agreeing, weighed_by_residuals
 
-# A channel met better than this part of its own size has no noise to be weighed by.
-_QUIET = 1e-6
+# A robust loss needs the size of the noise first: so often it is taken from what is left, and searched again.
+_AGAIN = 3
 
 
 @takes(iterations=whole(1), optimiser=None)
@@ -61,6 +65,7 @@ def identify(
     *,
     stages: Sequence[Stage | AbstractDomain] = (Time(),),
     starts: Sequence[Mapping[str, float]] = (),
+    loss: Loss = "squares",
     shaft: str | None = None,
     progress: bool | None = None,
 ) -> Identification:
@@ -77,6 +82,8 @@ def identify(
     - `stages`: searches one after the other, such as `(Orders(), Time())`: by order no cycle can be skipped,
       over time everything counts. The uncertainty is that of the last.
     - `starts`: further starts, path -> value, for the first stage, searched in one batch; the best goes on.
+    - `loss`: how residuals count. `"huber"` and `"student"` let no spike decide: beyond some standard
+      deviations a value pulls no harder (Huber), or less and less (Student's t of four degrees).
     - `shaft`: station whose angle counts the turns for `Orders`; by default the first.
 
     **Returns** an `Identification`; stopped by Ctrl-C after the first iteration, that of the best place so
@@ -85,7 +92,7 @@ def identify(
     """
     require_x64()
     bench, space, searches, places, given = asked(
-        machine, parameters, sensors, data, stages, starts, shaft
+        machine, parameters, sensors, data, stages, starts, loss, shaft
     )
     begun = space.set(bench, space.starts)
     trials = [trial.planned(begun.machine) for trial in given]
@@ -104,7 +111,7 @@ def identify(
         for i, stage in enumerate(searches):
             try:
                 posed, fits = _search(
-                    pose(bench, space, trials, stage.domain, shaft), places, stage, bar
+                    pose(bench, space, trials, stage.domain, shaft, loss), places, stage, bar
                 )
             except KeyboardInterrupt:
                 if best is None:  # nothing has been found yet
@@ -114,12 +121,13 @@ def identify(
             problem, best = posed, fits[-1]
             places = best.u[None]
             name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
-            for suffix, fit in zip(("", ", weighed by its residuals"), fits):
-                histories[name + suffix] = fit.costs
+            for k, fit in enumerate(fits):
+                again = ("", ", weighed by its residuals")[k] if k < 2 else f", repeated {k} times"
+                histories[name + again] = fit.costs
             if best.interrupted:
                 break
     assert problem is not None and best is not None
-    return _told(problem, best, histories)
+    return _told(problem, best, histories, searches[-1])
 
 
 class Asked(NamedTuple):
@@ -139,10 +147,12 @@ def asked(
     data: Any,
     stages: Sequence[Stage | AbstractDomain] = (Time(),),
     starts: Sequence[Mapping[str, float]] = (),
+    loss: Loss = "squares",
     shaft: str | None = None,
 ) -> Asked:
     """The arguments of `identify`, judged as far as they can be before anything runs; raises `InputError`."""
     machine.check()
+    loss_number(loss)
     bench = Instrumented(machine, as_channels(dict(sensors)))
     bench.check()
     space = Space.of(bench, as_unknowns(parameters))
@@ -175,34 +185,28 @@ def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
 
 def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[Fit]]:
     """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
-    best = _best(problem, places, stage, bar)
+    robust = LOSSES[int(problem.loss)] != "squares"
     given = noise_given(problem)
-    if best.interrupted or all(given) or len(given) == 1:
-        return problem, [best]
+    # from afar a loss that forgets large residuals would rest anywhere
+    nearing = with_loss(problem, "huber") if robust else problem
+    fits = [_best(nearing, places, stage, bar)]
     try:
-        again = _weighed_by_residuals(problem, best, given)
-        if again is None:
-            return problem, [best]
-        return again, [best, _best(again, best.u[None], stage, bar)]
+        if not all(given) and (robust or len(given) > 1):
+            for _ in range(_AGAIN if robust else 1):
+                if fits[-1].interrupted:
+                    break
+                again = weighed_by_residuals(nearing, fits[-1].u, given)
+                if again is None:
+                    break
+                fits.append(_best(again, fits[-1].u[None], stage, bar))
+                nearing = again
+        if int(nearing.loss) != int(problem.loss) and not fits[-1].interrupted:
+            again = with_loss(nearing, LOSSES[int(problem.loss)])
+            fits.append(_best(again, fits[-1].u[None], stage, bar))
+            nearing = again
     except KeyboardInterrupt:
-        return problem, [best._replace(interrupted=True)]
-
-
-def _weighed_by_residuals(problem: Problem, best: Fit, given: Sequence[bool]) -> Problem | None:
-    """With the noise that was not given taken from what is left; None where nothing is left."""
-    levels = []
-    for signal, record in zip(problem.signals, records(problem.simulated, best.u)):
-        r = np.asarray(signal.residual(record))
-        levels.append(float(np.sqrt(r @ r / signal.count)))
-    if max(level for level, known in zip(levels, given) if not known) < _QUIET:
-        return None
-    return weighed(
-        problem,
-        [
-            s.std if known else s.std * max(level, _QUIET)
-            for s, level, known in zip(problem.signals, levels, given)
-        ],
-    )
+        fits[-1] = fits[-1]._replace(interrupted=True)
+    return nearing, fits
 
 
 def _wrapped(space: Space, bench: Instrumented) -> Instrumented:
@@ -215,13 +219,18 @@ def _wrapped(space: Space, bench: Instrumented) -> Instrumented:
     return bench.set(turned)
 
 
-def _told(problem: Problem, best: Fit, histories) -> Identification:
+def _told(problem: Problem, best: Fit, histories, last: Stage) -> Identification:
     space = problem.space
     found, slopes = records_and_slopes(problem.simulated, best.u[None])
     first = jax.tree.map(lambda x: x[0], (found, slopes))
-    r, J = (np.asarray(x) for x in residual_and_slopes(problem, best.u, *first))
-    known = knowledge(J, r, space.paths, problem.count, all(noise_given(problem)))
+    known = known_from(problem, best.u, *first)
     bench = _wrapped(space, space.placed(problem.simulated.bench, best.u))
+    robust = LOSSES[int(problem.loss)] != "squares"
+    channels = meet(problem, best.u, 1.0 if robust else known.scale)
+    judged = None
+    if not best.interrupted and last.optimiser is None:
+        with contextlib.suppress(KeyboardInterrupt):
+            judged = agreeing(problem, best.u)
     return Identification(
         machine=bench.machine,
         sensors=bench.channels,
@@ -229,12 +238,13 @@ def _told(problem: Problem, best: Fit, histories) -> Identification:
         u=np.asarray(best.u),
         slopes=np.diag(np.asarray(jax.jacfwd(space.values)(best.u))),
         knowledge=known,
-        channels=meet(problem, best.u, known.scale),
+        channels=channels,
         histories=histories,
         stopped=best.stopped,
         interrupted=best.interrupted,
-        cost=float(0.5 * r @ r),
+        cost=float(0.5 * jnp.sum(problem.residual_of(best.u, first[0]) ** 2)),
         count=problem.count,
         units=tuple(bench.unit(path) for path in space.paths),
         problem=problem,
+        suspects=suspects(channels if judged is None else judged),
     )

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ..core.errors import InputError
 from ..core.quick import lightly_compiled
@@ -20,6 +20,7 @@ from ..sensors.tracking_filter import TrackingFilter
 from ..simulation.response import StationResponse
 from ..simulation.simulate import for_slopes
 from .domain import AbstractDomain, Angles, Compared, Frequencies, Time
+from .loss import loss_number, shaped
 from .measured_response import MeasuredResponse, filter_of
 from .simulated import AbstractRun, Run, Simulated, as_real
 from .trials import Trial
@@ -53,10 +54,12 @@ class Signal(eqx.Module):
 
 
 class Problem(eqx.Module):
-    """Runs and what they should meet. The arrays are leaves: other data do not recompile."""
+    """Runs and what they should meet. The arrays are leaves: other data do not recompile. `loss`: one of
+    `LOSSES`, by its number."""
 
     simulated: Simulated
     signals: tuple[Signal, ...]
+    loss: Int[Array, ""]
 
     @property
     def space(self) -> Space:
@@ -73,7 +76,10 @@ class Problem(eqx.Module):
 
     def residual_of(self, u: Float[Array, " n"], records: tuple[Array, ...]) -> Float[Array, " m"]:
         """From what was simulated at `u`."""
-        rs = [signal.residual(record) for signal, record in zip(self.signals, records)]
+        rs = [
+            shaped(self.loss, signal.residual(record))[0]
+            for signal, record in zip(self.signals, records)
+        ]
         return jnp.concatenate([*rs, *self.space.priors(u)])
 
 
@@ -85,8 +91,9 @@ def residual_and_slopes(
     rs, Js = [], []
     for signal, record, slope in zip(problem.signals, found, slopes):
         push = lambda d, s=signal, x=record: jax.jvp(s.residual, (x,), (d,))[1]  # noqa: E731
-        rs.append(signal.residual(record))
-        Js.append(jax.vmap(push, in_axes=1, out_axes=1)(slope))
+        r, slant = shaped(problem.loss, signal.residual(record))
+        rs.append(r)
+        Js.append(slant[:, None] * jax.vmap(push, in_axes=1, out_axes=1)(slope))
     rs += problem.space.priors(u)
     Js += jax.jacfwd(problem.space.priors)(u)
     return jnp.concatenate(rs), jnp.concatenate(Js)
@@ -98,6 +105,7 @@ def pose(
     trials: Sequence[Trial],
     domain: AbstractDomain,
     shaft: str | None,
+    loss: str = "squares",
 ) -> Problem:
     """`shaft`: the station whose simulated angle, at the start, says where the shaft stands."""
     runs, signals = [], []
@@ -106,7 +114,7 @@ def pose(
         run = trial.posed()
         signals += _signals(bench, trial, domain, _angles(run, start, shaft))
         runs.append(run)
-    problem = Problem(Simulated(bench, tuple(runs), space), tuple(signals))
+    problem = Problem(Simulated(bench, tuple(runs), space), tuple(signals), loss_number(loss))
     _refuse_too_few(problem.count, space)
     return problem
 
@@ -228,6 +236,10 @@ def weighed(problem: Problem, stds: Sequence[Any]) -> Problem:
     return eqx.tree_at(
         lambda p: [s.std for s in p.signals], problem, [jnp.asarray(s, float) for s in stds]
     )
+
+
+def with_loss(problem: Problem, loss: str) -> Problem:
+    return dataclasses.replace(problem, loss=loss_number(loss))
 
 
 def with_data(problem: Problem, data: tuple[Array, ...] | None) -> Problem:

@@ -54,24 +54,35 @@ class Knowledge:
 
 
 def knowledge(
-    J: np.ndarray, r: np.ndarray, names: tuple[str, ...], count: int, given: bool
+    J: np.ndarray,
+    r: np.ndarray,
+    names: tuple[str, ...],
+    count: int,
+    given: bool,
+    spread: np.ndarray | None = None,
 ) -> Knowledge:
     """`J` (m, n) and `r` (m,): slopes and residuals in standard deviations, of which `count` are independent
-    values. `given`: whether the standard deviations were, or are to be taken from the residuals."""
+    values. `given`: whether the standard deviations were, or are to be taken from the residuals. `spread`:
+    (m,), the variance of each residual, where it is known to be another."""
     n = len(names)
     lengths = np.linalg.norm(J, axis=0)
     felt = lengths > UNFELT
     # a parameter that nothing depends on is blind by itself; the rest may be so together
     columns = np.flatnonzero(felt)
-    _, s, V = np.linalg.svd(J[:, columns] / lengths[columns], full_matrices=False)
+    U, s, V = np.linalg.svd(J[:, columns] / lengths[columns], full_matrices=False)
     seen = s > BLIND * (s[0] if s.size else 0.0)
     degrees = max(1, count - n)
     scale = 1.0 if given else float(np.sqrt(r @ r / degrees))
     root = np.where(seen, 1.0 / np.where(seen, s, 1.0), 0.0)
     covariance = np.zeros((n, n))
-    covariance[np.ix_(columns, columns)] = (
-        scale**2 * (V.T * root**2) @ V / np.outer(lengths[columns], lengths[columns])
-    )
+    if spread is None:
+        inner = scale**2 * (V.T * root**2) @ V
+    else:
+        inverse = (V.T * root) @ U.T
+        inner = (inverse * spread) @ inverse.T
+        # of twice the growth of the cost, as if the spread were one for all
+        scale = float(np.sqrt(np.mean(spread)))
+    covariance[np.ix_(columns, columns)] = inner / np.outer(lengths[columns], lengths[columns])
     blind = [{names[i]: 1.0} for i in np.flatnonzero(~felt)]
     lost = set(np.flatnonzero(~felt))
     for direction in V[~seen]:

@@ -9,6 +9,7 @@ from ..core.errors import InputError
 from ..core.units import read, shown
 from ..identification.domain import AbstractDomain, Frequencies, Orders, Time
 from ..identification.identify import Stage
+from ..identification.loss import LOSSES, Loss
 from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
 from ..search.unknown import Unknown
@@ -26,6 +27,7 @@ _KEYS = (
     "orders",
     "iterations",
     "shaft",
+    "loss",
     "profile",
 )
 _STAGES = ("orders", "envelope", "time")
@@ -40,6 +42,7 @@ class Identify:
     unknowns: tuple[Unknown, ...]
     stages: tuple[Stage, ...]
     shaft: str | None
+    loss: Loss
     profile: bool
 
 
@@ -56,6 +59,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     turns = 8                              # of a window of orders and envelope
     orders = [1]
     shaft = "main"                         # station whose angle counts the turns
+    loss = "huber"                         # or "student": no spike decides; left out: "squares"
     profile = true                         # figure of how the misfit grows about each parameter
 
     [identify.sensors.housing]             # named as in the record
@@ -100,6 +104,12 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
             "identify",
             f"shaft names no station {shown(shaft)}{guess(shaft, machine.wiring.stations)}",
         )
+    loss = table.get("loss", "squares")
+    if loss not in LOSSES:
+        faults.add(
+            "identify",
+            f"loss must be one of the known, but is {shown(loss)}{guess(loss, LOSSES)}",
+        )
     profile = table.get("profile", True)
     if not isinstance(profile, bool):
         faults.add("identify", f"profile must be true or false, but is {shown(profile)}")
@@ -112,7 +122,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         space_of(bench, tuple(unknowns), "identify.unknowns", faults)
     if faults.sentences:
         raise InputError(*faults.sentences)
-    return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, profile)
+    return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, loss, profile)
 
 
 def _bench(machine: Machine, sensors: dict[str, AbstractChannel], faults: Faults) -> Instrumented:
