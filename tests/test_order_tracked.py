@@ -240,6 +240,101 @@ def test_refused(make, words):
         make()
 
 
+RECORD = """
+file = "bode.csv"
+time = "t"
+[channels.polar]
+column = "size"
+unit = "um"
+phase = "lag"
+[channels.turns]
+column = "size"
+unit = "um"
+phase = { column = "lag", unit = "rad" }
+[channels.cartesian]
+column = "re"
+imaginary = "im"
+unit = "mil"
+"""
+
+
+def written(folder, text=RECORD):
+    (folder / "bode.csv").write_text(
+        "t,size,lag,re,im\n0,1,0,3,4\n0.1,2,90,5,6\n0.2,1,180,7,8\n0.3,,45,9,10\n0.4,2,-90,1,1\n"
+    )
+    (folder / "bode.toml").write_text(text)
+    return jr.read_record(folder / "bode.toml")
+
+
+def test_vectors_from_a_file(tmp_path):
+    record = written(tmp_path)
+    np.testing.assert_allclose(record["polar"].values, [1, 2j, -1, np.nan, -2j], atol=1e-12)
+    np.testing.assert_allclose(record["turns"].values[1], 2 * np.exp(90j), atol=1e-12)
+    np.testing.assert_allclose(record["cartesian"].values[:2], [3 + 4j, 5 + 6j])
+    assert record["polar"].valid.sum() == 4
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('phase = "lag"', 'phase = "lagg"', "polar: phase: `bode.csv` has no such column"),
+        ('unit = "rad"', 'unit = "m"', "turns: phase: its unit"),
+        (
+            'imaginary = "im"',
+            'imaginary = "im"\nphase = "lag"',
+            "has phase and imaginary: keep one",
+        ),
+        ('imaginary = "im"', 'imaginary = { colum = "im" }', "imaginary: .*colum"),
+    ],
+)
+def test_vectors_refused(tmp_path, old, new, words):
+    with pytest.raises(jr.InputError, match=words):
+        written(tmp_path, RECORD.replace(old, new))
+
+
+def test_a_study_has_tracking_filters(tmp_path):
+    """From TOML: the sensor with its filter, and records of vectors; an unknown kind is told."""
+    written(tmp_path)
+    study = tmp_path / "study.toml"
+    text = """
+[machine]
+prescribed = { disc = { phi = { kind = "ConstantSpeed", speed = "150 rad/s" } } }
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "2 kg"
+polar_inertia = "0.02 kg*m^2"
+transverse_inertia = "0.012 kg*m^2"
+[[machine.attachments]]
+name = "springs"
+kind = "LinearSupport"
+at = "disc"
+stiffness = ["1e5 N/m", "1e5 N/m", "1e5 N/m", "1e3 N*m/rad", "1e3 N*m/rad", "0 N*m/rad"]
+damping = ["60 N*s/m", "60 N*s/m", "1 N*s/m", "1 N*m*s/rad", "1 N*m*s/rad", "0 N*m*s/rad"]
+[simulation]
+t_end = "1 s"
+sample_rate = "1 kHz"
+[identify]
+records = ["bode.toml"]
+[identify.sensors.polar]
+kind = "TrackingFilter"
+sensor = { kind = "ProximityProbe", station = "disc", angle = "45 deg" }
+shaft = "disc"
+unit = "um"
+mark = "10 deg"
+[[identify.unknowns]]
+path = "springs.stiffness[0]"
+positive = true
+"""
+    study.write_text(text)
+    channel = jr.load(study).identify.sensors["polar"]
+    assert isinstance(channel, TrackingFilter) and channel.unit == "um"
+    np.testing.assert_allclose(channel.mark, np.radians(10))
+    study.write_text(text.replace('"TrackingFilter"', '"TrackingFiltre"'))
+    with pytest.raises(jr.InputError, match="kind names no channel .*did you mean .TrackingFilter"):
+        jr.load(study)
+
+
 def asked(channel, values=(1 + 1j,) * 9):
     """`identify` with that channel, as far as it goes before anything runs."""
     data = jr.MeasuredResponse(np.arange(1.0, 10.0), {"a": values})

@@ -54,6 +54,7 @@ def series_of(
     file, name = folder / str(told["file"]), str(told["column"])
     column = _found(table, name, file, where)
     values = _numbers(column, name, file, where, _missing(told, where))
+    values = _as_vectors(values, told, table, file, where)
     t = _instants(_clock(told, where), table, column, len(values), file, where_time)
     if "offset" in told:
         t = t + _quantity(told["offset"], "s", f"{where}: offset")
@@ -64,6 +65,27 @@ def series_of(
         order = np.argsort(t, kind="stable")
         t, values = t[order], values[order]
     return Series(t, values, unit, f"`{file.name}`: {name}")
+
+
+def _as_vectors(
+    values: np.ndarray, told: dict[str, Any], table: Table, file: Path, where: str
+) -> np.ndarray:
+    """Complex, where the channel has a phase or an imaginary part in a column of its own."""
+    ways = [key for key in ("phase", "imaginary") if key in told]
+    if not ways:
+        return values
+    if len(ways) > 1:
+        raise InputError(f"{where}: has {' and '.join(ways)}: keep one of them")
+    place, given = f"{where}: {ways[0]}", told[ways[0]]
+    given = given if isinstance(given, dict) else {"column": given}
+    check_keys(given, ("column", "unit") if ways == ["phase"] else ("column",), place)
+    name = str(given.get("column", ""))
+    column = _found(table, name, file, place)
+    other = _numbers(column, name, file, place, _missing(told, where))
+    if ways == ["imaginary"]:
+        return values + 1j * other
+    unit = str(given.get("unit", told_unit(column.unit)[0] or "deg"))
+    return values * np.exp(1j * _size(unit, "rad", place) * other)
 
 
 def _clock(told: dict[str, Any], where: str) -> dict[str, Any]:

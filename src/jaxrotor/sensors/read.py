@@ -15,7 +15,7 @@ from .formats.text import HowWritten, as_numbers
 from .record import Record
 
 _FILE_KEYS = (*SHARED_KEYS, "name", "channels")
-_CHANNEL_KEYS = (*SHARED_KEYS, "column", "unit")
+_CHANNEL_KEYS = (*SHARED_KEYS, "column", "unit", "phase", "imaginary")
 
 
 @takes(path=path)
@@ -38,6 +38,11 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     column = "n"
     unit = "rpm"
     offset = "12 ms"                       # added to its time
+
+    [channels.probe]                       # vectors, for a TrackingFilter
+    column = "amplitude"
+    unit = "um"
+    phase = { column = "lag", unit = "deg" } # or imaginary = "NAME", where column holds the real part
     ```
 
     `jaxrotor record FILE --init` writes one for a file. `sort = true` sorts the rows by time; without it rows

@@ -14,6 +14,7 @@ from ..machine.machine import Machine
 from ..search.instrumented import Instrumented
 from ..search.unknown import Unknown
 from ..sensors.channel import AbstractChannel, Channel
+from ..sensors.tracking_filter import TrackingFilter
 from .build import FAILED, Context, build_element
 from .mistakes import Faults, guess
 from .unknowns import read_quantity, read_unknown, space_of
@@ -31,6 +32,9 @@ _KEYS = (
     "profile",
 )
 _STAGES = ("orders", "envelope", "time")
+
+
+_CHANNELS = {"Channel": Channel, "TrackingFilter": TrackingFilter}
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     [identify.sensors.housing]             # named as in the record
     sensor = { kind = "Accelerometer", station = "left", direction = [0, 1, 0] }
     noise = { std = 0.2 }                  # in the unit of the channel; left out: from the residual
+                                           # kind = "TrackingFilter" and shaft = "main": vectors
 
     [[identify.unknowns]]
     path = "main.unbalance.eccentricity"
@@ -94,7 +99,12 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         if not isinstance(one, dict):
             faults.add(place, f"must be a table, but is {shown(one)}: give it sensor = {{ ... }}")
             continue
-        channel = build_element(Channel, one, Context(faults, place, folder))
+        kind = one.get("kind", "Channel")
+        if kind not in _CHANNELS:
+            faults.add(place, f"kind names no channel {shown(kind)}{guess(kind, tuple(_CHANNELS))}")
+            continue
+        told = {key: value for key, value in one.items() if key != "kind"}
+        channel = build_element(_CHANNELS[kind], told, Context(faults, place, folder))
         if channel is not FAILED:
             sensors[name] = channel
     stages = _stages(table, faults)
