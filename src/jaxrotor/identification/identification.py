@@ -125,7 +125,7 @@ class Identification:
         if all(c.sized is not None for c in self.channels):
             return 2 * self.cost
         return sum(
-            int(np.isfinite(c.residual).sum()) * float(np.log(np.nanmean(c.residual**2)))
+            int(np.isfinite(c.residual).sum()) * float(np.log(np.nanmean(np.abs(c.residual) ** 2)))
             for c in self.channels
         )
 
@@ -228,7 +228,7 @@ class Identification:
                     "channel": c.channel,
                     "unit": c.unit,
                     "std": c.std,
-                    "rms_residual": plain(np.sqrt(np.nanmean(c.residual**2))),
+                    "rms_residual": plain(np.sqrt(np.nanmean(np.abs(c.residual) ** 2))),
                     "white": c.white,
                     "sized": c.sized,
                 }
