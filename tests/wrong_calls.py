@@ -115,7 +115,7 @@ def named():
         "series of unequal lengths": lambda: jr.sensors.Series([1.0, 2.0], [1.0]),
         "series of rows": lambda: jr.sensors.Series(uneven, uneven),
         "series of True": lambda: jr.sensors.Series([0.0, 1.0, 2.0, 3.0], [True, False, True, True]),
-        "series of complex numbers": lambda: jr.sensors.Series([0.0, 1.0, 2.0, 3.0], [1j] * 4),
+        "series at complex instants": lambda: jr.sensors.Series([0.0, 1.0j, 2.0, 3.0], [1.0] * 4),
         "series in no unit": lambda: jr.sensors.Series(T, WAVE, unit=3),
         "a channel by number": lambda: record[3],
         "a channel of nobody": lambda: record["y"],
