@@ -1,5 +1,7 @@
 """Losses that let no spike decide: against closed forms, and on many records of a tone."""
 
+from typing import ClassVar
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -30,6 +32,7 @@ class Tone(AbstractRun):
 
     times: tuple[Array, ...]
     channels: tuple[str, ...] = ("a", "b")
+    one_by_one: ClassVar[bool] = False
 
     def records(self, bench):
         return tuple(
