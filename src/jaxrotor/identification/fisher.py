@@ -142,7 +142,8 @@ def information(
     units (1 over those of the two parameters). Sensors and runs of independent noise add up; the inverse of
     the sum is the covariance to be expected. Priors are not in it.
 
-    Arguments are those of `experiment_design`, and what it refuses raises `InputError`. It may be differentiated by whatever is put into them: a
+    Arguments are those of `experiment_design`; what it refuses raises `InputError`. It may be differentiated
+    by whatever is put into them: a
     probe's angle, its noise, a speed, a trial mass in a run's `conditions`, the unknowns' own values:
 
         def blur(angle):

@@ -71,7 +71,7 @@ class TrackingFilter(AbstractChannel):
         return self.unit or self.sensor.unit
 
     def measure(self, response: Response, times: Any = None) -> Complex[Array, " m"]:
-        """The vectors whose windows lie about `times` (s). Raises `InputError` where `shaft` is no station."""
+        """Vectors whose windows lie about `times` (s). Raises `InputError` where `shaft` is no station."""
         found = response[self.shaft]
         if not isinstance(found, StationResponse):
             raise InputError(f"`{self.shaft}`: is no station, its turns cannot be counted")
