@@ -110,19 +110,24 @@ def unknowns() -> list[jr.Unknown]:
     ]
 
 
-def identified(progress: bool | None = None) -> jr.identification.Identification:
-    speeds, vectors, edges = measured()
-    spin, mark = spin_of(speeds, edges)
-    mark %= 2 * np.pi
-    probe = TrackingFilter(
+def probe_of(mark: float, subtracted: list[float]) -> TrackingFilter:
+    """plane1_x, half way between the axes; a window of one turn."""
+    return TrackingFilter(
         ProximityProbe("rotor", np.pi / 4),
         "rotor",
         mark=mark,
         lag=False,
         unit="um",
-        subtracted=[0.0, 6.0],  # less than nothing: slow roll is in the record
+        subtracted=subtracted,
         noise=Noise(2.0),
     )
+
+
+def identified(progress: bool | None = None) -> jr.identification.Identification:
+    speeds, vectors, edges = measured()
+    spin, mark = spin_of(speeds, edges)
+    mark %= 2 * np.pi
+    probe = probe_of(mark, [0.0, 6.0])  # less than nothing: slow roll is in the record
     inside = slice(1, -1)
     middles = 0.5 * (edges[1:] + edges[:-1])[inside]
     record = jr.Record({"plane1_x": jr.sensors.Series(middles, vectors[inside], "um")}, "run-up")
@@ -153,24 +158,12 @@ def drawn(found: jr.identification.Identification) -> np.ndarray:
     label(size, "speed, rpm", "amplitude, um 0-peak")
     label(phase, "speed, rpm", "phase (lead), degrees")
     size.legend(frameon=False)
-    rest.plot(
-        speeds,
-        np.real(fit.residual),
-        "o-",
-        color=COLOURS[1],
-        markersize=3,
-        linewidth=0.7,
-        label="real part",
-    )
-    rest.plot(
-        speeds,
-        np.imag(fit.residual),
-        "o-",
-        color=COLOURS[2],
-        markersize=3,
-        linewidth=0.7,
-        label="imaginary part",
-    )
+    for part, words, colour in (
+        (np.real, "real part", COLOURS[1]),
+        (np.imag, "imaginary part", COLOURS[2]),
+    ):
+        left = part(fit.residual)
+        rest.plot(speeds, left, "o-", color=colour, markersize=3, linewidth=0.7, label=words)
     label(rest, "speed, rpm", "left over, um")
     rest.legend(frameon=False)
     x = np.linspace(0.5e-6, 1e-4, 200)

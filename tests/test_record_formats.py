@@ -32,7 +32,7 @@ def read(folder, file, columns, head=""):
     return jr.read_record(folder / "record.toml")
 
 
-def refused(folder, file, column, words, head=""):
+def assert_refused(folder, file, column, words, head=""):
     with pytest.raises(jr.InputError, match=words) as told:
         read(folder, file, {"a": (column, "1")}, head)
     assert len(told.value.problems) == 1 and "\n" not in str(told.value)
@@ -67,7 +67,7 @@ def test_wav(tmp_path, width, top, middle):
     np.testing.assert_array_equal(found["right"].values, (counts[:, 1] - middle) / top)
     assert (found["left"].unit, found["right"].unit) == ("1", "V")
     assert "full scale is 1" in found.notes[0]
-    refused(tmp_path, "run.wav", "3", "no column `3`.*known: `1`, `2`")
+    assert_refused(tmp_path, "run.wav", "3", "no column `3`.*known: `1`, `2`")
 
 
 def test_wav_of_floats_has_no_unit(tmp_path):
@@ -82,9 +82,9 @@ def test_bad_wav(tmp_path):
     write_wav(tmp_path / "run.wav", np.round(1e4 * A)[:, None])
     data = (tmp_path / "run.wav").read_bytes()
     (tmp_path / "cut.wav").write_bytes(data[:90])
-    refused(tmp_path, "cut.wav", "1", "`.*cut.wav`: (is cut off|cannot be read).*")
+    assert_refused(tmp_path, "cut.wav", "1", "`.*cut.wav`: (is cut off|cannot be read).*")
     (tmp_path / "other.wav").write_bytes(b"no sound at all, but words")
-    refused(tmp_path, "other.wav", "1", "other.wav`: cannot be read as WAV: ")
+    assert_refused(tmp_path, "other.wav", "1", "other.wav`: cannot be read as WAV: ")
     (tmp_path / "run.csv").write_bytes(data)  # the ending lies
     found = read(tmp_path, "run.csv", {"a": "1"})
     assert len(found["a"]) == 50 and "is a WAV file, whatever" in found.notes[0]
@@ -156,8 +156,8 @@ def test_matlab(tmp_path, write):
         "data": r"no such column.*`data\[0\]`",
         "run": "no such column.*`run/a`",
     }.items():
-        refused(tmp_path, "run.mat", column, words, RATE)
-    refused(tmp_path, "run.mat", "t", ": time is missing, and `run.mat` does not say")
+        assert_refused(tmp_path, "run.mat", column, words, RATE)
+    assert_refused(tmp_path, "run.mat", "t", ": time is missing, and `run.mat` does not say")
 
 
 @pytest.mark.parametrize("write", [mat5, mat73])
@@ -165,9 +165,9 @@ def test_bad_matlab(tmp_path, write):
     write(tmp_path / "run.mat")
     data = (tmp_path / "run.mat").read_bytes()
     (tmp_path / "cut.mat").write_bytes(data[: len(data) // 2])
-    refused(tmp_path, "cut.mat", "t", "cut.mat`: cannot be read as ", RATE)
+    assert_refused(tmp_path, "cut.mat", "t", "cut.mat`: cannot be read as ", RATE)
     (tmp_path / "none.mat").write_bytes(b"")
-    refused(tmp_path, "none.mat", "t", "none.mat`: is empty", RATE)
+    assert_refused(tmp_path, "none.mat", "t", "none.mat`: is empty", RATE)
 
 
 # --- HDF5 ------------------------------------------------------------------------------------------
@@ -207,7 +207,7 @@ def test_plain_hdf5(tmp_path):
         "log/word": "holds texts and not real",
         "rig/aa": "did you mean `rig/a`",
     }.items():
-        refused(tmp_path, "run.h5", column, words, RATE)
+        assert_refused(tmp_path, "run.h5", column, words, RATE)
     data = xarray.Dataset({"a": ("t", A, {"units": "mm"})}, coords={"t": ("t", T, {"units": "ms"})})
     data.to_netcdf(tmp_path / "other.h5", engine="h5netcdf")
     found = read(tmp_path, "other.h5", {"a": "a"}, 'time = "t"\n')["a"]
@@ -224,10 +224,12 @@ def test_bad_hdf5(tmp_path):
         file["late"] = T[::-1]
     data = (tmp_path / "run.h5").read_bytes()
     (tmp_path / "cut.h5").write_bytes(data[:20000])
-    refused(tmp_path, "cut.h5", "a", "cut.h5`: cannot be read as HDF5: .*: is it whole", RATE)
-    refused(tmp_path, "run.h5", "late", "time must rise, but row 2", 'time = "late"\n')
+    assert_refused(
+        tmp_path, "cut.h5", "a", "cut.h5`: cannot be read as HDF5: .*: is it whole", RATE
+    )
+    assert_refused(tmp_path, "run.h5", "late", "time must rise, but row 2", 'time = "late"\n')
     (tmp_path / "text.h5").write_text("t,a\n1,2\n")
-    refused(tmp_path, "text.h5", "a", "text.h5`: cannot be read as HDF5", RATE)
+    assert_refused(tmp_path, "text.h5", "a", "text.h5`: cannot be read as HDF5", RATE)
 
 
 # --- TDMS ------------------------------------------------------------------------------------------
@@ -268,12 +270,14 @@ def test_tdms(tmp_path):
         jr.InputError, match='`unit` is missing .the file says g, which may be "g_0"'
     ):
         read(tmp_path, "run.tdms", {"b": "rig/b 1"})
-    refused(tmp_path, "run.tdms", "log/word", "holds (texts|objects) and not real numbers", RATE)
-    refused(tmp_path, "run.tdms", "log/t", ": time is missing")
-    refused(tmp_path, "run.tdms", "rig/b", "did you mean `rig/b 1`")
+    assert_refused(
+        tmp_path, "run.tdms", "log/word", "holds (texts|objects) and not real numbers", RATE
+    )
+    assert_refused(tmp_path, "run.tdms", "log/t", ": time is missing")
+    assert_refused(tmp_path, "run.tdms", "rig/b", "did you mean `rig/b 1`")
     data = (tmp_path / "run.tdms").read_bytes()
     (tmp_path / "cut.tdms").write_bytes(data[:-300])
-    refused(tmp_path, "cut.tdms", "rig/a", "cut.tdms`: (is cut off|cannot be read)", RATE)
+    assert_refused(tmp_path, "cut.tdms", "rig/a", "cut.tdms`: (is cut off|cannot be read)", RATE)
 
 
 # --- universal files -------------------------------------------------------------------------------
@@ -373,8 +377,10 @@ def test_universal_file_of_many(tmp_path):
     assert "2411 (nodes) are passed over" in found.notes[0] and "164" not in found.notes[0]
     with pytest.raises(jr.InputError, match="the file says g, which may be"):
         read(tmp_path, "run.uff", {"b": "bed (2)"})
-    refused(tmp_path, "run.uff", "frf", "frequency response function over frequency, no signal")
-    refused(tmp_path, "run.uff", "turning", "complex time response, no signal")
+    assert_refused(
+        tmp_path, "run.uff", "frf", "frequency response function over frequency, no signal"
+    )
+    assert_refused(tmp_path, "run.uff", "turning", "complex time response, no signal")
 
 
 def test_bad_universal_files(tmp_path):
@@ -393,9 +399,9 @@ def test_bad_universal_files(tmp_path):
         b"": "is empty",
     }.items():
         (tmp_path / "run.uff").write_bytes(data)
-        refused(tmp_path, "run.uff", "12-Z", rf"run.uff`: .*{words}")
+        assert_refused(tmp_path, "run.uff", "12-Z", rf"run.uff`: .*{words}")
     (tmp_path / "run.uff").write_text("t,a\n1,2\n")
-    refused(tmp_path, "run.uff", "a", "run.uff`: ")
+    assert_refused(tmp_path, "run.uff", "a", "run.uff`: ")
     (tmp_path / "run.dat").write_bytes(uff58(A))  # an ending that says nothing
     assert len(read(tmp_path, "run.dat", {"a": "12-Z"})["a"]) == 50
     short = uff58(A).replace(f"{50:10d}{1:10d}".encode(), f"{80:10d}{1:10d}".encode())
@@ -424,7 +430,7 @@ SAMPLES = {
 def test_samples_of_pyuff(tmp_path):
     for place in sorted(Path(os.environ["PYUFF_DATA"]).glob("*.uff")):
         if place.name not in SAMPLES:
-            refused(tmp_path, place, "1", "holds no signal over time, but the data sets ")
+            assert_refused(tmp_path, place, "1", "holds no signal over time, but the data sets ")
             continue
         name, unit, count = SAMPLES[place.name]
         found = read(tmp_path, place, {"a": name})["a"]
@@ -461,7 +467,7 @@ def test_text_over_a_rate(tmp_path):
 )
 def test_bad_times(tmp_path, time, words):
     (tmp_path / "run.csv").write_text("t,a\n" + "\n".join(f"{t},{a}" for t, a in zip(T, A)) + "\n")
-    refused(tmp_path, "run.csv", "a", words, f"time = {time}\n")
+    assert_refused(tmp_path, "run.csv", "a", words, f"time = {time}\n")
 
 
 def test_a_library_that_is_missing(tmp_path, monkeypatch):
@@ -476,7 +482,7 @@ def test_a_library_that_is_missing(tmp_path, monkeypatch):
 
 def test_a_kind_that_nobody_knows(tmp_path):
     (tmp_path / "run.xls").write_bytes(struct.pack("<4d", 1, 2, 3, 4))
-    refused(tmp_path, "run.xls", "a", "of no kind that is known: .csv", RATE)
+    assert_refused(tmp_path, "run.xls", "a", "of no kind that is known: .csv", RATE)
 
 
 @pytest.mark.parametrize(

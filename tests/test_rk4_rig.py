@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
-from jaxrotor.sensors import ProximityProbe, TrackingFilter
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "experiments"))
@@ -81,14 +80,7 @@ def test_run_up():
     run = jr.simulate(
         machine, edges[-1] + 0.01, 2000.0, "undeformed", step=1e-4, solver=jr.ExponentialAdams()
     )
-    probe = TrackingFilter(
-        ProximityProbe("rotor", np.pi / 4),
-        "rotor",
-        mark=mark % (2 * np.pi),
-        lag=False,
-        unit="um",
-        subtracted=[0.179, 6.303],
-    )
+    probe = runup.probe_of(mark % (2 * np.pi), [0.179, 6.303])
     inside = slice(1, -1)
     seen = probe.measure(run, (0.5 * (edges[1:] + edges[:-1]))[inside])
     left = np.linalg.norm(seen - vectors[inside]) / np.linalg.norm(vectors[inside])

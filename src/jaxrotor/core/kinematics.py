@@ -6,9 +6,12 @@ tuples of three scalars here: under `vmap` over stations they become fused eleme
 """
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 COORDINATES = ("x", "y", "z", "psi", "theta", "phi")
+# rad
+TURN = 2 * np.pi
 
 Vector = tuple[Array, Array, Array]
 

@@ -10,6 +10,7 @@ from ..core.arguments import number, whole
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.kinematics import TURN
 from ..core.result_text import shows
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -22,7 +23,6 @@ from ..sweeps.planning import prescribed_of
 from ..sweeps.sweep import sweep
 from .once_per_turn import PoincareSamples
 from .poincare import period_of
-from .shaft_angle import TURN
 
 # Of the exponential solver, unless somebody says otherwise: errors decide to which of several motions a run
 # is drawn.

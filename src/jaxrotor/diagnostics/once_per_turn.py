@@ -9,12 +9,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.arguments import whole
+from ..core.kinematics import TURN
 from ..core.parameter import parameter
 from ..core.part import option
 from ..objectives.measure import AbstractSignalMeasure, see, window_faults, within
 from ..sensors.filters import between, places
 from ..sensors.sensor import Encoder
-from .shaft_angle import TURN
 
 
 class PoincareSamples(AbstractSignalMeasure):

@@ -11,9 +11,10 @@ from ..core.arguments import positive, whole
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.kinematics import TURN
 from ..core.result_text import shows
 from .orders import OrderTrack, track
-from .shaft_angle import TURN, with_pair
+from .shaft_angle import with_pair
 
 # Points of a curve in a turn.
 _POINTS = 360

@@ -9,9 +9,10 @@ from ..core.arguments import positive, whole
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.kinematics import TURN
 from ..core.result_text import shows
 from . import checks
-from .shaft_angle import TURN, Turning
+from .shaft_angle import Turning
 
 # Samples in a period of the highest order that are the fewest: below, splines between them go wrong.
 _IN_A_PERIOD = 4

@@ -8,9 +8,9 @@ from scipy.optimize import elementwise
 from ..core.arguments import number, positive
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.kinematics import TURN
 from . import checks
 
-TURN = 2 * np.pi
 # Of the splines between samples.
 _DEGREE = 5
 # Rounding of an angle after thousands of turns is no reversal (rad).

@@ -27,7 +27,7 @@ from ..sensors.tracking_filter import TrackingFilter
 from ..simulation.simulate import for_slopes, settled
 from ..simulation.solver import is_planned
 from .candidate_run import CandidateRun, as_candidate_runs
-from .simulated import Run, Simulated, as_array, records_and_slopes
+from .simulated import Run, Simulated, records_and_slopes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,16 +53,8 @@ class Bench:
         interval = 1.0 / ready.sample_rate
         times = jnp.arange(int(ready.t_end * ready.sample_rate + 1e-9) + 1) * interval
         # values between samples need one beyond the last
-        ready = dataclasses.replace(
-            ready, t_end=ready.t_end + 2 * interval, speed=as_array(ready.speed)
-        )
-        conditions = {k: as_array(v) for k, v in given.conditions.items()}
-        run = Run(
-            times=(times,) * len(self.sensors),
-            conditions=conditions,
-            simulation=ready,
-            channels=self.sensors,
-        )
+        ready = dataclasses.replace(ready, t_end=ready.t_end + 2 * interval)
+        run = Run.of(dict.fromkeys(self.sensors, times), given.conditions, ready)
         return Simulated(self.instrumented, (run,), self.space)
 
     def slopes(self, name: str, reverse: bool = False) -> Iterator[tuple[Array, Array, Array]]:
@@ -143,8 +135,8 @@ def information(
     the sum is the covariance to be expected. Priors are not in it.
 
     Arguments are those of `experiment_design`; what it refuses raises `InputError`. It may be differentiated
-    by whatever is put into them: a
-    probe's angle, its noise, a speed, a trial mass in a run's `conditions`, the unknowns' own values:
+    by whatever is put into them: a probe's angle, its noise, a speed, a trial mass in a run's `conditions`,
+    the unknowns' own values:
 
         def blur(angle):
             told = jr.identification.information(machine, unknowns, {"probe": probe(angle)}, runs)

@@ -199,13 +199,13 @@ def influence(
     Y, there = np.where(left_out, np.nan, Y), there & ~left_out
     some = there.any(axis=1)
     U, Y, there = U[some], Y[some], there[some]
-    fits = [_fitted(U, Y, there, mean, precision, tail) for tail in _TAILS]
-    A, covariance, S, degrees, likelihood = max(fits, key=lambda fit: fit[-1])
-    tail = _TAILS[[fit[-1] for fit in fits].index(likelihood)]
+    alike = _alike(there)
+    fits = [(_fitted(U, Y, there, alike, mean, precision, tail), tail) for tail in _TAILS]
+    (A, covariance, S, degrees, _), tail = max(fits, key=lambda pair: pair[0][-1])
     return Influence(A, covariance, S, left_out, tail, degrees)
 
 
-def _fitted(U, Y, there, mean, precision, tail: float) -> tuple:
+def _fitted(U, Y, there, alike, mean, precision, tail: float) -> tuple:
     """Coefficients, their covariance, scatter, its degrees of freedom and the log likelihood."""
     (n, p), m = U.shape, Y.shape[1]
     few = n - p < 2 * m
@@ -214,10 +214,10 @@ def _fitted(U, Y, there, mean, precision, tail: float) -> tuple:
     count = there.sum(axis=1)
     for _ in range(_ITERATIONS):
         before = A
-        A, covariance, filled, spare = _regressed(U, Y, there, S, weights, mean, precision)
+        A, covariance, filled, spare = _regressed(U, Y, alike, S, weights, mean, precision)
         R = filled - U @ A.T
         S = _scatter(R, weights, spare, max(n - p, 1), few)
-        size, volume = _distances(R, there, S)
+        size, volume = _distances(R, alike, S)
         weights = (tail + 2 * count) / (tail + 2 * size)
         if np.abs(A - before).max() <= _REST * np.abs(A).max():
             break
@@ -264,13 +264,12 @@ def _known(prior: Any, m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     return mean, 1 / (2 * std.ravel() ** 2)
 
 
-def _regressed(U, Y, there, S, weights, mean, precision) -> tuple:
+def _regressed(U, Y, alike, S, weights, mean, precision) -> tuple:
     """Coefficients (m, p), their covariance (m p, m p), vectors with the missing ones as they are expected,
     and what these leave uncertain (m, m) in the sum of squares."""
     p, m = U.shape[1], Y.shape[1]
     H = np.diag(precision).astype(complex)
     g = precision * mean.ravel()
-    alike = _alike(there)
     for rows, t in alike:
         W, u = np.zeros((m, m), complex), U[rows]
         W[np.ix_(t, t)] = np.linalg.inv(S[np.ix_(t, t)])
@@ -290,10 +289,10 @@ def _regressed(U, Y, there, S, weights, mean, precision) -> tuple:
     return A, covariance, filled, spare
 
 
-def _distances(R, there, S) -> tuple[np.ndarray, float]:
+def _distances(R, alike, S) -> tuple[np.ndarray, float]:
     """(n,): r^H S^-1 r of each run, as far as its vectors are there; and the sum of their log det S."""
     size, volume = np.zeros(len(R)), 0.0
-    for rows, t in _alike(there):
+    for rows, t in alike:
         r, s = R[np.ix_(rows, t)], S[np.ix_(t, t)]
         size[rows] = np.real(np.sum(r.conj() * np.linalg.solve(s, r.T).T, axis=1))
         volume += len(rows) * np.linalg.slogdet(s)[1]

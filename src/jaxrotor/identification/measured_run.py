@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Unpack
 
-import jax.numpy as jnp
 import numpy as np
 
 from ..core.arguments import mapping
@@ -14,7 +13,7 @@ from ..machine.machine import Machine
 from ..sensors.record import Record, Series
 from ..simulation.simulate import for_slopes, settled
 from ..simulation.simulation import Settings, Simulation, as_simulation
-from .simulated import Run, as_array
+from .simulated import Run
 
 
 @shows()
@@ -67,12 +66,8 @@ class MeasuredRun:
 
     def posed(self) -> Run:
         """Ready to be simulated."""
-        return Run(
-            times=tuple(jnp.asarray(s.t) for s in self.series.values()),
-            conditions={k: as_array(v) for k, v in self.conditions.items()},
-            simulation=dataclasses.replace(self.simulation, speed=as_array(self.simulation.speed)),
-            channels=tuple(self.series),
-        )
+        times = {name: series.t for name, series in self.series.items()}
+        return Run.of(times, self.conditions, self.simulation)
 
     def check(self, machine: Machine) -> None:
         """Raises `InputError` where `machine` cannot be run so."""

@@ -13,6 +13,7 @@ import scipy.interpolate
 import scipy.optimize
 
 from .fit_by_channel import ChannelFit
+from .loss import robust_size
 
 # A guess leaves less than this part of the squared residual, and its criterion is lower by so much.
 _LEFT, _DECISIVE = 0.5, 10.0
@@ -168,7 +169,7 @@ def _swapped(seen: Seen) -> Iterator[Guess]:
 
 def _spikes(seen: Seen) -> Iterator[Guess]:
     r = np.abs(seen.residual)
-    level = max(seen.std, float(np.median(r)) / 0.6745)
+    level = max(seen.std, robust_size(r))
     out = np.flatnonzero(r > _OUT * level)
     if 0 < out.size <= _RARE * r.size:
         left = seen.residual.copy()

@@ -8,17 +8,16 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..core.arguments import whole
-from ..core.errors import InputError
+from ..core.kinematics import TURN
 from ..core.parameter import parameter
 from ..core.part import option
 from ..core.units import factor, known_unit
-from ..simulation.response import Response, StationResponse
+from ..simulation.response import Response
 from .channel import AbstractChannel
 from .filters import between, places
 from .noise import Noise
-from .sensor import AbstractSensor, Synchronous
+from .sensor import AbstractSensor, Encoder, Synchronous
 
-TURN = 2 * np.pi
 # What is shown of an amplitude, by how it is read.
 _READINGS = {"0-peak": 1.0, "peak-to-peak": 2.0, "rms": np.sqrt(0.5)}
 
@@ -34,8 +33,8 @@ class TrackingFilter(AbstractChannel):
     - `shaft`: station whose turns are counted.
     - `order`: per turn, whole: 1 is the "1x".
     - `turns`: whole turns of the window, which lies about the instant that is asked for (at the ends of a
-      run the nearest one that it holds whole). A short window
-      follows a quick run-up and lets free vibration beat with it; a long one smooths a resonance.
+      run the nearest one that it holds whole). A short window follows a quick run-up and lets free vibration
+      beat with it; a long one smooths a resonance.
     - `mark`: rad, the shaft's angle phi as the keyphasor fires.
     - `lag`: the phase that is shown is the angle from the pulse to the next peak, which grows as the
       vibration falls behind (x = |V| cos(theta - phase)), as on most instruments. Otherwise it leads
@@ -72,11 +71,8 @@ class TrackingFilter(AbstractChannel):
 
     def measure(self, response: Response, times: Any = None) -> Complex[Array, " m"]:
         """Vectors whose windows lie about `times` (s). Raises `InputError` where `shaft` is no station."""
-        found = response[self.shaft]
-        if not isinstance(found, StationResponse):
-            raise InputError(f"`{self.shaft}`: is no station, its turns cannot be counted")
         at = response.t if times is None else jnp.asarray(times, float)
-        seen, angle = self.sensor.signal(response), found.phi
+        seen, angle = self.sensor.signal(response), Encoder(self.shaft).signal(response)
         one, nought = jnp.ones(()), jnp.zeros(())
         interval = response.t[1] - response.t[0]
         middle = between(angle, response.t[0], interval, at)
