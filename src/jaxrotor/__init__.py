@@ -5,7 +5,8 @@
 
 What a script starts with stands here; the rest by what it is: `jr.elements`, `jr.profiles`, `jr.linear`,
 `jr.diagnostics`, `jr.sensors`, `jr.identification`, `jr.objectives`, `jr.optimization`, `jr.sweeps`,
-`jr.simulation`, `jr.integrators`, `jr.plot`, `jr.protocols` (to write elements of your own) and `jr.interop`.
+`jr.standards`, `jr.simulation`, `jr.integrators`, `jr.plot`, `jr.protocols` (to write elements of your own)
+and `jr.interop`.
 """
 
 from typing import Any

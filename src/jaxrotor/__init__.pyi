@@ -14,6 +14,7 @@ from . import (
     protocols as protocols,
     sensors as sensors,
     simulation as simulation,
+    standards as standards,
     sweeps as sweeps,
 )
 

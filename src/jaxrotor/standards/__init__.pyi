@@ -1,0 +1,1 @@
+from .finding import Assessment as Assessment, Finding as Finding
