@@ -1,11 +1,14 @@
 """Vectors that turn with the shaft: as a tracking filter shows them, and what is identified from them."""
 
+import json
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import jaxrotor as jr
+from jaxrotor.commands.cli import main
 from jaxrotor.sensors import Accelerometer, Noise, ProximityProbe, TrackingFilter
 
 MASS, STIFFNESS, DAMPING, ECCENTRICITY, HEAVY = 2.0, 1.2e5, 60.0, 2e-5, 0.7
@@ -186,7 +189,13 @@ def test_intervals_cover(identified):
 
 def test_drawn(identified):
     panels = identified.plot.fits()
-    assert "speed" in panels[-1, 0].get_xlabel() and "um" in panels[0, 0].get_ylabel()
+    assert panels.shape == (2, 3) and panels[-1, -1].get_xlabel() == "speed, rpm"
+    assert "um" in panels[0, 0].get_ylabel() and "degrees" in panels[0, 1].get_ylabel()
+    fit = identified.channels[0]
+    seen, told = (line.get_ydata() for line in panels[0, 1].lines)  # over rising speed
+    turned = np.exp(1j * np.radians(np.subtract(seen, told)))
+    ratio = (fit.measured / fit.simulated)[np.argsort(fit.t, kind="stable")]
+    np.testing.assert_allclose(turned, ratio / abs(ratio), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -344,3 +353,127 @@ def asked(channel, values=(1 + 1j,) * 9):
 def in_a_run(channel, value):
     record = jr.Record({"a": jr.sensors.Series(np.linspace(0.0, 1.0, 9), np.full(9, value))})
     return jr.identify(rotor(jr.ConstantSpeed(1.0)), ["springs.damping[0]"], {"a": channel}, record)
+
+
+STEADY = """
+file = "trials.csv"
+speed = { column = "n", unit = "rpm" }
+missing = -1
+[vectors.a]
+column = "a"
+phase = { column = "a lag", unit = "deg" }
+unit = "um"
+[vectors.b]
+column = "b re"
+imaginary = "b im"
+unit = "mil"
+[conditions]
+"disc.unbalance.eccentricity" = { column = "u", unit = "g*mm/kg" }
+"""
+
+BALANCING = """
+[machine]
+prescribed = { disc = { phi = { kind = "ConstantSpeed", speed = "150 rad/s" } } }
+[[machine.line]]
+name = "disc"
+kind = "Rotor"
+mass = "2 kg"
+polar_inertia = "0.02 kg*m^2"
+transverse_inertia = "0.012 kg*m^2"
+unbalance = { angle = "0.7 rad" }
+[[machine.attachments]]
+name = "springs"
+kind = "LinearSupport"
+at = "disc"
+stiffness = ["1.3e5 N/m", "1.1e5 N/m", "1e5 N/m", "1e3 N*m/rad", "1e3 N*m/rad", "0 N*m/rad"]
+damping = ["90 N*s/m", "90 N*s/m", "1 N*s/m", "1 N*m*s/rad", "1 N*m*s/rad", "0 N*m*s/rad"]
+[simulation]
+t_end = "1 s"
+sample_rate = "1 kHz"
+[identify]
+responses = ["trials.toml"]
+profile = false
+[identify.sensors.a]
+kind = "TrackingFilter"
+sensor = { kind = "ProximityProbe", station = "disc", angle = "0.3 rad" }
+shaft = "disc"
+mark = "0.2 rad"
+unit = "um"
+noise = { std = 0.5 }
+[identify.sensors.b]
+kind = "TrackingFilter"
+sensor = { kind = "ProximityProbe", station = "disc", angle = "1.8707963267948966 rad" }
+shaft = "disc"
+mark = "0.2 rad"
+unit = "um"
+noise = { std = 0.5 }
+[[identify.unknowns]]
+path = "springs.stiffness[0]"
+positive = true
+[[identify.unknowns]]
+path = "springs.stiffness[1]"
+positive = true
+[[identify.unknowns]]
+path = "springs.damping[0]"
+positive = true
+also = { "springs.damping[1]" = 1.0 }
+[[identify.unknowns]]
+path = "a.mark"
+circular = true
+also = { "b.mark" = 1.0 }
+"""
+
+
+def steady_files(folder, identified, steady=STEADY):
+    """The vectors of `identified` as a balancer's table, and what says how it is to be read."""
+    a, b = (c.measured for c in identified.channels)
+    speeds, trial = identified.channels[0].t, np.tile([1e-5, 3e-5], 5)
+    columns = [
+        speeds * 30 / np.pi,
+        np.abs(a),
+        np.degrees(np.angle(a)),
+        b.real / 25.4,
+        b.imag / 25.4,
+    ]
+    rows = np.stack([*columns, 1e6 * trial], axis=1)
+    heads = "n,a,a lag,b re,b im,u"
+    np.savetxt(folder / "trials.csv", rows, "%.15g", ",", header=heads, comments="")
+    (folder / "trials.toml").write_text(steady)
+    (folder / "study.toml").write_text(BALANCING)
+    return folder / "study.toml"
+
+
+def test_a_study_of_steady_vectors(tmp_path, identified, monkeypatch, capsys):
+    """Written as files and identified at the command line, the same vectors say the same."""
+    study = steady_files(tmp_path, identified)
+    monkeypatch.chdir(tmp_path)
+    assert main(["identify", str(study), "--out", "out"]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    for path, value in identified.values.items():
+        assert summary["parameters"][path]["value"] == pytest.approx(value, rel=1e-6)
+    assert (tmp_path / "out" / "fit.png").is_file()
+    assert "springs.stiffness[0]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('"n", unit = "rpm"', '"n", unit = "kg"', "speed.*its unit"),
+        ('speed = { column = "n", unit = "rpm" }', "", "speed is missing"),
+        ('column = "a"\n', 'column = "aa"\n', "vectors.a: .*no such column.*did you mean"),
+        ('unit = "mil"', "", "vectors.b: `unit` is missing"),
+        ("g*mm/kg", "g*mm", "conditions: disc.unbalance.eccentricity: .*unit"),
+        (
+            "disc.unbalance.ecc",
+            "disk.unbalance.ecc",
+            "conditions: disk.*no element `disk`: did you mean `disc`",
+        ),
+        ("[vectors.", "[vector.", "did you mean `vectors`"),
+        ("trials.csv", "trial.csv", "trial.csv.*no such file"),
+    ],
+)
+def test_steady_files_refused(tmp_path, identified, old, new, words):
+    study = steady_files(tmp_path, identified, STEADY.replace(old, new))
+    machine = jr.load(study).machine
+    with pytest.raises(jr.InputError, match=words):
+        jr.identification.read_response(tmp_path / "trials.toml", machine)

@@ -1,6 +1,7 @@
 """What `jaxrotor identify` does with the [identify] section of a study."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from ..identification.identification import Identification
 from ..identification.identify import asked, identify
 from ..identification.measured_run import MeasuredRun
 from ..identification.profile import LikelihoodProfile, likelihood_profiles
+from ..identification.read_response import read_response
+from ..identification.trials import Trial
 from ..sensors.read import read_record
 from ..study.study import Study
 from .options import study_name
@@ -23,7 +26,7 @@ def identify_study(study: Study, progress: bool | None = None) -> Identification
     `progress` is `False`."""
     given = _arguments(study)
     for trial in given["data"] if progress is not False else ():
-        for note in trial.record.notes:
+        for note in trial.record.notes if isinstance(trial, MeasuredRun) else ():
             print(f"! {note}", file=sys.stderr)
     return identify(**given, progress=progress)
 
@@ -40,10 +43,15 @@ def _arguments(study: Study) -> dict[str, Any]:
             f"`{study_name(study)}`: has no [identify] section: give it records, sensors and unknowns"
         )
     told = study.identify
+    reading: list[Callable[[], Trial]] = [
+        lambda f=file, c=conditions: MeasuredRun(read_record(f), study.settings, c)
+        for file, conditions in told.records
+    ]
+    reading += [lambda f=file: read_response(f, study.machine) for file in told.responses]
     trials, problems = [], []
-    for file, conditions in told.records:
+    for read in reading:
         try:
-            trials.append(MeasuredRun(read_record(file), study.settings, conditions))
+            trials.append(read())
         except InputError as error:
             problems += error.problems
     if problems:

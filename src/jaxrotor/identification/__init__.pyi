@@ -26,6 +26,7 @@ from .influence import (
     influence as influence,
 )
 from .measured_response import MeasuredResponse as MeasuredResponse
+from .read_response import read_response as read_response
 from .measured_run import MeasuredRun as MeasuredRun
 from .posterior import Posterior as Posterior, posterior as posterior
 from .profile import (

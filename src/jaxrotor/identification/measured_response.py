@@ -87,6 +87,10 @@ def filter_of(channel: AbstractChannel, place: str) -> TrackingFilter:
     return channel
 
 
+def _units(value: Any, place: str) -> Any:
+    return mapping(value, place) if isinstance(value, Mapping) else some_text(value, place)
+
+
 @shows()
 @dataclasses.dataclass(frozen=True, init=False)
 class MeasuredResponse:
@@ -99,7 +103,8 @@ class MeasuredResponse:
     - `vectors`: channel -> (n,) complex, as its `TrackingFilter` shows them; NaN where one is missing.
     - `conditions`: what was different: path -> a value for all, or (n,) values, such as trial masses. One
       program serves them all.
-    - `unit`: of the vectors, by default that of their channels. `name`: for messages and figures.
+    - `unit`: of the vectors, or channel -> unit; by default that of their channels.
+    - `name`: for messages and figures.
 
     Raises `InputError` for lengths that differ, and for what is not finite.
     """
@@ -109,13 +114,13 @@ class MeasuredResponse:
     conditions: Mapping[str, Float[np.ndarray, " n"]]
     name: str
 
-    @takes(speeds=numbers("rad/s"), vectors=mapping, conditions=mapping, unit=some_text)
+    @takes(speeds=numbers("rad/s"), vectors=mapping, conditions=mapping, unit=_units)
     def __init__(
         self,
         speeds: Any,
         vectors: Mapping[str, Any],
         conditions: Mapping[str, Any] | None = None,
-        unit: str = "",
+        unit: str | Mapping[str, str] = "",
         name: str = "response",
     ):
         speeds = np.atleast_1d(np.asarray(speeds, float))
@@ -128,7 +133,8 @@ class MeasuredResponse:
                 raise InputError(f"`{name}`: {channel}: is infinite: a missing vector is nan")
             if not np.isfinite(values).any():
                 raise InputError(f"`{name}`: {channel}: has no value: is the right column named?")
-            series[channel] = Vectors(speeds, values, unit)
+            own = unit if isinstance(unit, str) else unit.get(channel, "")
+            series[channel] = Vectors(speeds, values, own)
         for path, given in (conditions or {}).items():
             place = f"`{name}`: conditions: {path}"
             values = _row(

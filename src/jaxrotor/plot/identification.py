@@ -4,8 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
 
+from ..identification.fit_by_channel import ChannelFit
 from ..identification.identification import Identification
 from ..identification.posterior import Posterior
 from ..identification.profile import LikelihoodProfile
@@ -16,58 +18,70 @@ _DOTS = 400
 
 
 def channel_fits(found: Identification, ax: Given | None = None) -> np.ndarray:
-    """Measured over simulated, and what is left with twice the standard deviation of the noise; a row for
-    each channel of each run."""
+    """Of each channel of each run what was measured and what is identified, of vectors their size and phase;
+    below what is left, with twice the standard deviation of the noise. Returns the panels, a row for each
+    channel: two, or three where there are vectors (`None` for the phase of what is none)."""
     fits = found.channels
     several = len({f.run for f in fits}) > 1
-    _, axes = figure(len(fits), 2, (13.0, 2.6 * len(fits) + 0.6), ax, sharex="row")
-    for (left, right), fit in zip(axes, fits):
+    vectors = [np.iscomplexobj(fit.measured) for fit in fits]
+    columns = 2 if len(fits) > 2 and len(set(vectors)) == 1 else 1
+    heights = [(3.0, 2.0, 1.5) if one else (3.0, 1.5) for one in vectors][::columns]
+    ratios = [height for block in heights for height in block]
+    size = (8.0 * columns + 3.0 * (columns == 1), 0.9 * sum(ratios))
+    _, axes = figure(len(ratios), columns, size, ax, height_ratios=ratios)
+    panels = np.full((len(fits), 3 if any(vectors) else 2), None, object)
+    rows = np.cumsum([0, *map(len, heights)])
+    for k, (fit, complex_) in enumerate(zip(fits, vectors)):
+        block = axes[rows[k // columns] : rows[k // columns + 1], k % columns]
+        panels[k, [0, 1, 2] if complex_ else [0, -1]] = block
         name = f"{fit.channel} of {fit.run}" if several else fit.channel
-        unit = f", {fit.unit}" if fit.unit else ""
-        across = "time, s" if fit.over == "time" else "speed, rad/s"
-        order = np.argsort(fit.t, kind="stable")
-        t, measured, simulated = fit.t[order], fit.measured[order], fit.simulated[order]
-        vectors = np.iscomplexobj(measured)
-        # dots while they can be told apart, with the line in front; else a broad band behind it
-        mark = "o" if measured.size < _DOTS else "-"
-        line = "o" if fit.over == "speed" else "-"
-        size = np.abs if vectors else np.asarray
-        left.plot(
-            t, size(measured), mark, color=GREY, linewidth=1.6, markersize=4, label="measured"
-        )
-        left.plot(
-            t,
-            size(simulated),
-            line,
-            color=COLOURS[0],
-            linewidth=0.7,
-            markersize=2,
-            label="identified",
-        )
-        rest = measured - simulated
-        for part, words, colour in (
-            (
-                (np.real(rest), "real part", COLOURS[1]),
-                (np.imag(rest), "imaginary part", COLOURS[2]),
-            )
-            if vectors
-            else ((rest, None, COLOURS[1]),)
-        ):
-            right.plot(t, part, line, color=colour, linewidth=0.5, markersize=3, label=words)
-        for side in (-2, 2):
-            right.axhline(side * fit.std, color="black", linewidth=0.9, linestyle="--")
-        label(left, across, f"{'size of ' if vectors else ''}{name}{unit}")
-        chance = "" if fit.white is None else f"; chance of white noise: {fit.white:.2g}"
-        label(
-            right,
-            across,
-            f"left over{unit}",
-            f"{name}: 2 std of its noise dashed{chance}",
-        )
-        if vectors:
-            right.legend(frameon=False, fontsize=8, loc="upper left", ncols=2)
-    axes[0, 0].legend(frameon=False, fontsize=9, loc="upper left", ncols=2)
-    return axes
+        _fit(block, fit, name, complex_)
+    for unused in axes[rows[-2] :, 1] if columns == 2 and len(fits) % 2 else ():
+        unused.remove()
+    panels[0, 0].legend(frameon=False, fontsize=9, loc="upper left", ncols=2)
+    return panels
+
+
+def _fit(block: np.ndarray, fit: ChannelFit, name: str, vectors: bool) -> None:
+    """One channel, from the top down."""
+    main, left = block[0], block[-1]
+    unit = f", {fit.unit}" if fit.unit else ""
+    order = np.argsort(fit.t, kind="stable")
+    t, measured, simulated = fit.t[order], fit.measured[order], fit.simulated[order]
+    if fit.over == "speed":
+        t = t * 30 / np.pi
+    # dots while they can be told apart, with the line in front; else a broad band behind it
+    mark = "o" if measured.size < _DOTS else "-"
+    line = "x" if fit.over == "speed" else "-"
+    rest = measured - simulated
+    shown = [(main, measured, simulated)]
+    if vectors:
+        turn = np.angle(measured, deg=True)  # the identified one within half a turn of it
+        shown = [(main, abs(measured), abs(simulated))]
+        shown.append((block[1], turn, turn - np.angle(measured / simulated, deg=True)))
+    for panel, seen, told in shown:
+        panel.plot(t, seen, mark, color=GREY, linewidth=1.6, markersize=4, label="measured")
+        look = dict(linewidth=0.9, markersize=5, label="identified")
+        panel.plot(t, told, line, color=COLOURS[0], **look)
+    parts = [(np.real(rest), "real part", COLOURS[1])]
+    if vectors:
+        parts.append((np.imag(rest), "imaginary part", COLOURS[2]))
+    for part, words, colour in parts:
+        left.plot(t, part, line, color=colour, linewidth=0.7, markersize=4, label=words)
+    for side in (-2, 2):
+        left.axhline(side * fit.std, color="black", linewidth=0.9, linestyle="--")
+    chance = "" if fit.white is None else f"; chance of white noise: {fit.white:.2g}"
+    label(main, "", f"size of {name}{unit}" if vectors else f"{name}{unit}")
+    main.set_title(f"{name}: 2 std of its noise dashed{chance}", fontsize=10, loc="left")
+    if vectors:
+        label(block[1], "", "phase, degrees")
+        left.legend(frameon=False, fontsize=8, loc="upper left", ncols=2)
+    label(left, "time, s" if fit.over == "time" else "speed, rpm", f"left over{unit}")
+    for above in block[:-1]:
+        above.sharex(left)
+        above.tick_params(labelbottom=False)
+    for panel in block:
+        panel.yaxis.set_major_locator(MaxNLocator(5, min_n_ticks=3))
 
 
 def correlations(found: Identification, ax: Given | None = None) -> Axes:

@@ -53,18 +53,37 @@ def series_of(
     """The signal of a channel; `where`, `where_time`: in the record file."""
     file, name = folder / str(told["file"]), str(told["column"])
     column = _found(table, name, file, where)
-    values = _numbers(column, name, file, where, _missing(told, where))
-    values = _as_vectors(values, told, table, file, where)
+    values = values_of(told, table, file, where)
     t = _instants(_clock(told, where), table, column, len(values), file, where_time)
     if "offset" in told:
         t = t + _quantity(told["offset"], "s", f"{where}: offset")
     if not isinstance(sort := told.get("sort", False), bool):
         raise InputError(f"{where}: sort must be true or false, but is {shown(sort)}")
-    unit = _unit(told, column, where)
+    unit = unit_of(told, column, where)
     if sort:
         order = np.argsort(t, kind="stable")
         t, values = t[order], values[order]
     return Series(t, values, unit, f"`{file.name}`: {name}")
+
+
+def values_of(told: dict[str, Any], table: Table, file: Path, where: str) -> np.ndarray:
+    """What a channel's columns hold, as written: real numbers, or vectors."""
+    name = str(told["column"])
+    values = _numbers(_found(table, name, file, where), name, file, where, _missing(told, where))
+    return _as_vectors(values, told, table, file, where)
+
+
+def quantity_of(
+    given: Any, unit: str, told: dict[str, Any], table: Table, file: Path, where: str
+) -> np.ndarray | float:
+    """In `unit`: a quantity that holds for all rows ("30 deg"), or a column's, { column, unit }."""
+    if not isinstance(given, dict):
+        return _quantity(given, unit, where)
+    check_keys(given, ("column", "unit"), where)
+    name = str(given.get("column", ""))
+    column = _found(table, name, file, where)
+    size = _size(unit_of(given, column, where), unit, where)
+    return size * _numbers(column, name, file, where, _missing(told, where))
 
 
 def _as_vectors(
@@ -95,7 +114,7 @@ def _clock(told: dict[str, Any], where: str) -> dict[str, Any]:
     return clock
 
 
-def _unit(told: dict[str, Any], column: Column, where: str) -> str:
+def unit_of(told: dict[str, Any], column: Column, where: str) -> str:
     if "unit" not in told:
         unit, why = told_unit(column.unit)
         if not unit:

@@ -21,6 +21,7 @@ from .unknowns import read_quantity, read_unknown, space_of
 
 _KEYS = (
     "records",
+    "responses",
     "sensors",
     "unknowns",
     "stages",
@@ -42,6 +43,7 @@ class Identify:
     """What [identify] asks for."""
 
     records: tuple[tuple[Path, dict[str, float]], ...]  # with what was different in each run
+    responses: tuple[Path, ...]
     sensors: dict[str, AbstractChannel]
     unknowns: tuple[Unknown, ...]
     stages: tuple[Stage, ...]
@@ -59,6 +61,7 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         "run_up.toml",
         { file = "trial.toml", conditions = { "main.unbalance.angle" = "30 deg" } },
     ]
+    responses = ["steady.toml"]            # see jr.identification.read_response; either may be left out
     stages = ["orders", "time"]            # also "envelope", { low = "10 Hz", high = "80 Hz" }
     turns = 8                              # of a window of orders and envelope
     orders = [1]
@@ -81,8 +84,10 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
     if not isinstance(table, dict):
         raise InputError(f"`identify`: must be a table, but is {shown(table)}: write [identify]")
     meant = faults.unknown_keys("identify", table, _KEYS)
+    if table.get("responses"):
+        meant.add("records")
     for key, words in (
-        ("records", 'records = ["run_up.toml"]'),
+        ("records", 'records = ["run_up.toml"], or responses'),
         ("sensors", "[identify.sensors.NAME] tables"),
         ("unknowns", "[[identify.unknowns]] tables with a path"),
     ):
@@ -92,6 +97,10 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         _record(one, f"identify.records, entry {i + 1}", machine, folder, faults)
         for i, one in enumerate(_listed(table, "records", faults))
     ]
+    responses = _listed(table, "responses", faults)
+    for one in responses:
+        if not isinstance(one, str):
+            faults.add("identify.responses", f"must be names of files, but one is {shown(one)}")
     sensors = {}
     given = table.get("sensors", {})
     for name, one in (given if isinstance(given, dict) else {}).items():
@@ -132,7 +141,8 @@ def read_identify(table: Any, machine: Machine, folder: Path) -> Identify:
         space_of(bench, tuple(unknowns), "identify.unknowns", faults)
     if faults.sentences:
         raise InputError(*faults.sentences)
-    return Identify(tuple(records), sensors, tuple(unknowns), stages, shaft, loss, profile)
+    files = tuple(folder / one for one in responses)
+    return Identify(tuple(records), files, sensors, tuple(unknowns), stages, shaft, loss, profile)
 
 
 def _bench(machine: Machine, sensors: dict[str, AbstractChannel], faults: Faults) -> Instrumented:
