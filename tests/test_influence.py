@@ -105,6 +105,64 @@ def test_prior():
     np.testing.assert_allclose(held, 0, atol=1e-6)
 
 
+def test_days():
+    """A day's vector is the best linear predictor of a random effect (Henderson): the mean of what its runs
+    have left, shrunk by n kappa/(n kappa + 1). kappa is that of many days."""
+    U, u = normal(300, 1), np.array([2.0 - 1.0j])
+    days = [None] * 60 + [k for k in range(24) for _ in range(10)]
+    vectors = 0.6 * normal(24, 2)
+    moved = np.concatenate([np.zeros((60, 2)), np.repeat(vectors, 10, axis=0)])
+    found = influence(U, U @ A[:2, :1].T + moved + 0.2 * normal(300, 2), days=days)
+    assert found.unrest == pytest.approx(9.0, rel=0.4)
+    Y = U @ A[:2, :1].T + moved
+    again = influence(U, Y + 0.2 * normal(300, 2), days=days)
+    for k in (0, 7, 23):
+        off = np.abs(again.days[k] - vectors[k])
+        assert (off < 5 * 0.2 / np.sqrt(10)).all()
+    there = influence(
+        U, Y, days=days, prior=(A[:2, :1], 1e-9)
+    )  # what runs add beside is next to nothing
+    np.testing.assert_allclose([there.days[k] for k in range(24)], vectors, atol=1e-3)
+    y = A[:2, :1] @ u + vectors[3]
+    told = found.unbalance(y, day=3)
+    assert abs(told.unbalance[0] - u[0]) < 4 * told.std[0]
+    other = found.unbalance(y, day="another")
+    assert other.std[0] > 2 * told.std[0]
+    assert found.predicted(u, day="another")[1] == pytest.approx(
+        np.sqrt(found.unrest + 1) * found.drift_std, rel=0.02
+    )
+
+
+def test_days_shrink():
+    """Few runs of a day: its vector by the textbook's factor."""
+    U = normal(200, 1)
+    days = [None] * 196 + ["late"] * 4
+    Y = U @ A[:1, :1].T + 0.2 * normal(200, 1)
+    Y[196:] += 0.3 - 0.15j
+    found = influence(U, Y, days=days)
+    left = (Y - U @ found.coefficients.T)[196:]
+    n = 4 * found.unrest
+    assert not found.left_out[196:].any()
+    np.testing.assert_allclose(found.days["late"], left.mean(axis=0) * n / (n + 1), rtol=0.05)
+
+
+def test_an_unknown_day_is_covered():
+    """Unbalances measured on another day, whose vector nobody knows."""
+    covered, ignorant = [], []
+    for _ in range(60):
+        U, u = 5 * normal(36, 2), 5 * normal(2)
+        vectors = 0.8 * normal(6, 6)
+        moved = np.concatenate([np.zeros((6, 6)), np.repeat(vectors[:5], 6, axis=0)])
+        days = [None] * 6 + [k for k in range(5) for _ in range(6)]
+        Y = U @ A.T + moved + 0.2 * normal(36, 6)
+        y = A @ u + vectors[5] + 0.2 * normal(6)
+        found = influence(U, Y, days=days)
+        covered.append(found.unbalance(y, day="today").covers(u))
+        ignorant.append(found.unbalance(y).covers(u))
+    assert 0.88 <= np.mean(covered) <= 0.995
+    assert np.mean(ignorant) < 0.8
+
+
 def test_intervals():
     found = influence(5 * normal(20, 2), 5 * normal(20, 6))
     told = found.unbalance(normal(6), unit="g*mm")
@@ -118,6 +176,10 @@ def test_intervals():
     [
         (lambda: influence(normal(2, 2), normal(2, 6)), "2 runs cannot tell 2 planes"),
         (lambda: influence(normal(5, 2), normal(4, 6)), "vectors must be 5 rows"),
+        (
+            lambda: influence(normal(9, 2), normal(9, 6), days=["a", None]),
+            "days must be 9, a label for each run, but are 2",
+        ),
         (lambda: influence(normal(5, 2) * np.nan, normal(5, 6)), "unbalances must be finite"),
         (
             lambda: influence(normal(9, 2), normal(9, 6), prior=(A[:3], 1.0)),

@@ -164,7 +164,11 @@ def identified():
         for name, one in sensors.items()
     }
     data = jr.MeasuredResponse(
-        speeds, vectors, {"disc.unbalance.eccentricity": trial}, name="trial masses"
+        speeds,
+        vectors,
+        {"disc.unbalance.eccentricity": trial},
+        name="trial masses",
+        at="undeformed",
     )
     return jr.identify(guess, KNOWN, start, data, progress=False)
 
@@ -358,6 +362,7 @@ def in_a_run(channel, value):
 STEADY = """
 file = "trials.csv"
 speed = { column = "n", unit = "rpm" }
+at = "undeformed"
 missing = -1
 [vectors.a]
 column = "a"
@@ -468,6 +473,7 @@ def test_a_study_of_steady_vectors(tmp_path, identified, monkeypatch, capsys):
             "disk.unbalance.ecc",
             "conditions: disk.*no element `disk`: did you mean `disc`",
         ),
+        ('at = "undef', 'at = "unref', "trials.toml.*at must be"),
         ("[vectors.", "[vector.", "did you mean `vectors`"),
         ("trials.csv", "trial.csv", "trial.csv.*no such file"),
     ],

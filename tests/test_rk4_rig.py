@@ -42,10 +42,24 @@ def test_blind_runs(every, told):
     assert len(blind) == 10 and len(known) == 5
     guesses = [told[1].unbalance(one.vectors) for one in known]
     size, angle, covered = rig.errors(guesses, [one.unbalance for one in known])
-    assert size < 3.0 and angle < 2.0 and covered == 1.0
+    assert size < 2.0 and angle < 2.0 and covered == 1.0
     assert all(guess.chance > 0.01 for guess in guesses)
     missed = rig.misfit(told[1], known)
     assert missed["N1"] < 0.084 and missed["N2"] < 0.104
+
+
+def test_days(every, told):
+    """The days' vectors are within what the source's balanced runs say of the baseline, 0.2 to 1.2 um, but
+    for 26 July, whose runs stand out; known runs left out in turn are better told with their day's vector."""
+    moved = {day: np.sqrt(np.mean(np.abs(v) ** 2)) for day, v in told[1].days.items()}
+    assert 0.2 < moved["main"] < 1.2 and 0.2 < moved["four hours before"] < 1.2
+    known = {name: one for name, one in every.items() if one.block != "blind"}
+    sound = [name for name in known if name != "B047"]
+    guesses = [
+        rig.told(known, name)[1].unbalance(known[name].vectors, day=rig.day(name)) for name in sound
+    ]
+    size, angle, covered = rig.errors(guesses, [known[name].unbalance for name in sound])
+    assert size < 2.0 and angle < 3.0 and covered >= 0.95
 
 
 def test_the_table_is_kept(every, told):

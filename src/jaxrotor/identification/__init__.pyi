@@ -19,12 +19,9 @@ from .domain import (
 from .experiment import ExperimentDesign as ExperimentDesign
 from .fisher import information as information
 from .identification import Identification as Identification
+from .found_unbalance import FoundUnbalance as FoundUnbalance
 from .identify import Stage as Stage, identify as identify
-from .influence import (
-    FoundUnbalance as FoundUnbalance,
-    Influence as Influence,
-    influence as influence,
-)
+from .influence import Influence as Influence, influence as influence
 from .measured_response import MeasuredResponse as MeasuredResponse
 from .read_response import read_response as read_response
 from .measured_run import MeasuredRun as MeasuredRun

@@ -1,8 +1,11 @@
 """Influence coefficients from many trial runs, with what changes from run to run: Bayesian, robust, with
 intervals for an unknown unbalance.
 
-Model: y = A u + e. e has a covariance S over all measurements together (probes and speeds), for what drifts
-between runs moves them together, and the tails of Student's t, whose degrees of freedom are the likeliest.
+Model: y = A u + b + e. e has a covariance S over all measurements together (probes and speeds), for what
+drifts between runs moves them together, and the tails of Student's t, whose degrees of freedom are the
+likeliest.
+b is nothing on the day of the baseline, and one random vector for each other day, of covariance kappa S;
+kappa by expectation and maximisation.
 Vectors that stand out of a robust regression of their own column are left out first. S comes from the
 residuals; where these are fewer than two for each measurement it is drawn towards its diagonal.
 
@@ -13,6 +16,7 @@ Biometrika 54 (1967) 305 (weighing by an estimated covariance: what its scatter 
 """
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +28,7 @@ from ..core.arguments import complex_array, number
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
+from .found_unbalance import FoundUnbalance
 
 # Degrees of freedom of the t distribution that are tried.
 _TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, 60.0, 1e6)
@@ -31,42 +36,6 @@ _ITERATIONS, _ROBUST, _REST = 200, 40, 1e-7
 # A vector stands out so many of its column's robust rms away: one in ten thousand does so by chance. Beside
 # it the bisquare's own reach, and the rms of a complex normal number's length over its median.
 _APART, _REACH, _RMS = 3.0, 4.0, 1.2011
-
-
-@shows(unbalance="@unit", std="@unit")
-@dataclasses.dataclass(frozen=True)
-class FoundUnbalance:
-    """`unbalance`: (p,) complex, one for each plane, in `unit`. `covariance`: (p, p) complex, Hermitian;
-    `std`: (p,), of the real and of the imaginary part each. `chance`: the probability that vectors lie as far
-    as the measured ones from all that an unbalance in these planes could make: a small one says that
-    something else is the matter. `degrees`: of freedom, for intervals."""
-
-    unbalance: Complex[np.ndarray, " p"]
-    covariance: Complex[np.ndarray, "p p"]
-    chance: float
-    degrees: float
-    unit: str = ""
-
-    @property
-    def std(self) -> Float[np.ndarray, " p"]:
-        return np.sqrt(np.real(np.diag(self.covariance)) / 2)
-
-    def intervals(self, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-        """Half widths (p,) of the confidence intervals of size (in `unit`) and angle (rad; pi where the size
-        may be nothing), each by itself."""
-        reach = scipy.stats.t.ppf(0.5 + 0.5 * level, self.degrees) * self.std
-        size = np.abs(self.unbalance)
-        with np.errstate(divide="ignore"):
-            angle = np.where(reach < size, np.arcsin(np.minimum(1.0, reach / size)), np.pi)
-        return reach, angle
-
-    def disc(self, level: float = 0.95) -> Float[np.ndarray, " p"]:
-        """(p,): radius of the disc in which each unbalance lies with this probability, in `unit`."""
-        return np.sqrt(2 * scipy.stats.f.ppf(level, 2, self.degrees)) * self.std
-
-    def covers(self, truth: Any, level: float = 0.95) -> np.ndarray:
-        """(p,): whether these discs hold `truth`."""
-        return np.abs(np.asarray(truth) - self.unbalance) <= self.disc(level)
 
 
 @shows()
@@ -77,6 +46,8 @@ class Influence:
     - `coefficients`: (m, p) complex, vector per unit of unbalance. `coefficient_std`: (m, p), of their real
       and imaginary parts.
     - `drift`: (m, m) complex covariance of what a run adds of its own; `drift_std`: (m,).
+    - `days`: label -> (m,) complex, what the runs of that day share; `unrest`: how many times the drift's
+      covariance is that of a day's vector.
     - `left_out`: (n, m), vectors that stand out and count for nothing; `doubted`: the runs of which most do:
       look whether these are labelled rightly.
     - `tail`: degrees of freedom of the t distribution of what a run adds; `degrees`: of freedom left to know
@@ -84,15 +55,18 @@ class Influence:
     """
 
     coefficients: Complex[np.ndarray, "m p"]
-    covariance: Complex[np.ndarray, "mp mp"]
+    covariance: Complex[np.ndarray, "mq mq"]
     drift: Complex[np.ndarray, "m m"]
+    days: dict[Any, Complex[np.ndarray, " m"]]
+    unrest: float
     left_out: Bool[np.ndarray, "n m"]
     tail: float
     degrees: float
 
     @property
     def coefficient_std(self) -> Float[np.ndarray, "m p"]:
-        return np.sqrt(np.real(np.diag(self.covariance)) / 2).reshape(self.coefficients.shape)
+        m, p = self.coefficients.shape
+        return np.sqrt(np.real(np.diag(self.covariance)) / 2).reshape(m, -1)[:, :p]
 
     @property
     def drift_std(self) -> Float[np.ndarray, " m"]:
@@ -102,19 +76,24 @@ class Influence:
     def doubted(self) -> tuple[int, ...]:
         return tuple(np.flatnonzero(self.left_out.mean(axis=1) > 0.5).tolist())
 
-    def predicted(self, unbalance: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors (m,) that an unbalance (p,) makes, and the standard deviation of their real and imaginary
-        parts: drift and what is not known of the coefficients."""
+    def predicted(self, unbalance: Any, day: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors (m,) that an unbalance (p,) makes on a `day`, and the standard deviation of their real and
+        imaginary parts: drift and what is not known of the coefficients."""
         u = self._planes(unbalance)
-        return self.coefficients @ u, np.sqrt(np.real(np.diag(self._spread(u))) / 2)
+        vectors = self.coefficients @ u + self.days.get(day, 0.0)
+        return vectors, np.sqrt(np.real(np.diag(self._spread(u, day))) / 2)
 
     @takes(prior=number(above=0.0))
-    def unbalance(self, vectors: Any, prior: float | None = None, unit: str = "") -> FoundUnbalance:
+    def unbalance(
+        self, vectors: Any, prior: float | None = None, unit: str = "", day: Any = None
+    ) -> FoundUnbalance:
         """The unbalance (p,) that made `vectors` (m,; NaN where one is missing), by weighed least squares:
         what drifts together counts together.
 
         `prior`: standard deviation of the real and imaginary part of each unbalance before anything was
-        measured; left out, anything is thought possible. Raises `InputError` for fewer vectors than planes.
+        measured; left out, anything is thought possible. `day`: on which it was measured, as told to
+        `influence`; None that of the baseline; one that was not told has a vector that nobody knows.
+        Raises `InputError` for fewer vectors than planes.
         """
         y = np.asarray(vectors, complex)
         if y.shape != (len(self.coefficients),):
@@ -129,9 +108,10 @@ class Influence:
         A, known = self.coefficients[there], np.zeros((p, p))
         if prior is not None:
             known = np.eye(p) / (2 * prior**2)
+        y = y - self.days.get(day, 0.0)
         u = np.zeros(p, complex)
         for _ in range(20):  # the scatter grows with what is found
-            S = self._spread(u)[np.ix_(there, there)]
+            S = self._spread(u, day)[np.ix_(there, there)]
             W = np.linalg.solve(S, A)
             C = np.linalg.inv(A.conj().T @ W + known)
             before, u = u, C @ (W.conj().T @ y[there])
@@ -155,17 +135,20 @@ class Influence:
             )
         return u
 
-    def _spread(self, u: np.ndarray) -> np.ndarray:
+    def _spread(self, u: np.ndarray, day: Any) -> np.ndarray:
         """(m, m): covariance of vectors under an unbalance u."""
         m = len(self.coefficients)
-        spread = np.kron(np.eye(m), u[None])
-        return self.drift + spread @ self.covariance @ spread.conj().T
+        row = np.concatenate([u, [day == one for one in self.days]])
+        spread = np.kron(np.eye(m), row[None])
+        own = 1.0 + self.unrest * (day is not None and day not in self.days)
+        return own * self.drift + spread @ self.covariance @ spread.conj().T
 
 
 def influence(
     unbalances: Any,
     vectors: Any,
     prior: tuple[Any, Any] | None = None,
+    days: Sequence[Any] | None = None,
 ) -> Influence:
     """Influence coefficients from runs under known unbalances: any number of them, in one plane or several
     at once, with missing vectors.
@@ -178,6 +161,9 @@ def influence(
     - `prior`: (coefficients (m, p), standard deviation (m, p) or one for all, of real and imaginary parts) of
       a model that was fitted to something else, such as `unbalance_response` per unit of unbalance: the runs
       then correct the model as far as they know better.
+    - `days`: (n,), a label for each run; None for those of the baseline's own day. What the runs of another
+      day share, for the baseline has moved by then, is told apart from their unbalances. (A vector that has
+      moved so far that it stands out from all days' counts for nothing, as ever.)
 
     Raises `InputError` where shapes do not fit, or runs are fewer than planes.
     """
@@ -194,27 +180,46 @@ def influence(
             f"{n} runs cannot tell {p} planes and their scatter: make {p + 1} at least, each measured by "
             "every probe"
         )
-    mean, precision = _known(prior, m, p)
+    told = [None] * n if days is None else list(days)
+    if len(told) != n:
+        raise InputError(f"days must be {n}, a label for each run, but are {len(told)}")
+    labels = [day for day in dict.fromkeys(told) if day is not None]
+    shared = np.array([[day == one for one in labels] for day in told], float).reshape(n, -1)
+    mean, precision = _known(prior, m, p, len(labels))
     left_out = _standing_out(U, Y, there)
     Y, there = np.where(left_out, np.nan, Y), there & ~left_out
     some = there.any(axis=1)
-    U, Y, there = U[some], Y[some], there[some]
+    U, Y, there = np.hstack([U, shared])[some], Y[some], there[some]
     alike = _alike(there)
-    fits = [(_fitted(U, Y, there, alike, mean, precision, tail), tail) for tail in _TAILS]
-    (A, covariance, S, degrees, _), tail = max(fits, key=lambda pair: pair[0][-1])
-    return Influence(A, covariance, S, left_out, tail, degrees)
+    fits = [(_fitted(U, Y, there, alike, mean, precision, p, tail), tail) for tail in _TAILS]
+    (A, covariance, S, unrest, degrees, _), tail = max(fits, key=lambda pair: pair[0][-1])
+    vectors = dict(zip(labels, A[:, p:].T))
+    return Influence(A[:, :p], covariance, S, vectors, unrest, left_out, tail, degrees)
 
 
-def _fitted(U, Y, there, alike, mean, precision, tail: float) -> tuple:
-    """Coefficients, their covariance, scatter, its degrees of freedom and the log likelihood."""
+def _fitted(U, Y, there, alike, mean, precision, planes: int, tail: float) -> tuple:
+    """Coefficients (those of the days behind those of the `planes`), their covariance, scatter, how a day's
+    vector compares to it, degrees of freedom and the log likelihood."""
     (n, p), m = U.shape, Y.shape[1]
-    few = n - p < 2 * m
+    few, unrest = n - p < 2 * m, 1.0
+    daily = np.arange(m)[:, None] * p + np.arange(planes, p)
     A, S, weights = mean, np.eye(m) * np.nanmean(np.abs(Y) ** 2), np.ones(n)
     size, volume, covariance = np.zeros(n), 0.0, np.eye(m * p)
     count = there.sum(axis=1)
     for _ in range(_ITERATIONS):
         before = A
-        A, covariance, filled, spare = _regressed(U, Y, alike, S, weights, mean, precision)
+        H = np.diag(precision).astype(complex)
+        for own in daily.T:
+            H[np.ix_(own, own)] += np.linalg.inv(S) / unrest
+        A, covariance, filled, spare = _regressed(
+            U, Y, alike, S, weights, H, precision * mean.ravel()
+        )
+        if planes < p:
+            left = sum(
+                covariance[np.ix_(own, own)] + np.outer(b, b.conj())
+                for own, b in zip(daily.T, A[:, planes:].T)
+            )
+            unrest = float(np.trace(np.linalg.solve(S, left)).real) / daily.size
         R = filled - U @ A.T
         S = _scatter(R, weights, spare, max(n - p, 1), few)
         size, volume = _distances(R, alike, S)
@@ -228,7 +233,7 @@ def _fitted(U, Y, there, alike, mean, precision, tail: float) -> tuple:
         - count * np.log(half)
         - (half + count) * np.log1p(size / half)
     )
-    return A, covariance, S, np.inf if few else float(n - p), float(each.sum() - volume)
+    return A, covariance, S, unrest, np.inf if few else float(n - p), float(each.sum() - volume)
 
 
 def _standing_out(U: np.ndarray, Y: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -251,25 +256,25 @@ def _standing_out(U: np.ndarray, Y: np.ndarray, there: np.ndarray) -> np.ndarray
     return found
 
 
-def _known(prior: Any, m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (m, p) and precision (m p,) of the coefficients beforehand."""
+def _known(prior: Any, m: int, p: int, days: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (m, q) and precision (m q,) of the coefficients beforehand, nothing of so many `days` behind the
+    p planes."""
     if prior is None:
-        return np.zeros((m, p), complex), np.zeros(m * p)
+        return np.zeros((m, p + days), complex), np.zeros(m * (p + days))
     mean = complex_array(prior[0], "prior: coefficients", 2)
     if mean.shape != (m, p):
         raise InputError(f"prior: coefficients must be {m} by {p}, but have shape {mean.shape}")
     std = np.broadcast_to(np.asarray(prior[1], float), (m, p))
     if not (np.isfinite(std).all() and (std > 0).all()):
         raise InputError("prior: standard deviations must be positive and finite")
-    return mean, 1 / (2 * std.ravel() ** 2)
+    behind = ((0, 0), (0, days))
+    return np.pad(mean, behind), np.pad(1 / (2 * std**2), behind).ravel()
 
 
-def _regressed(U, Y, alike, S, weights, mean, precision) -> tuple:
+def _regressed(U, Y, alike, S, weights, H, g) -> tuple:
     """Coefficients (m, p), their covariance (m p, m p), vectors with the missing ones as they are expected,
-    and what these leave uncertain (m, m) in the sum of squares."""
+    and what these leave uncertain (m, m) in the sum of squares. `H`, `g`: what was known before."""
     p, m = U.shape[1], Y.shape[1]
-    H = np.diag(precision).astype(complex)
-    g = precision * mean.ravel()
     for rows, t in alike:
         W, u = np.zeros((m, m), complex), U[rows]
         W[np.ix_(t, t)] = np.linalg.inv(S[np.ix_(t, t)])

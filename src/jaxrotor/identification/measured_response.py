@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import equinox as eqx
 import jax
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..core.arguments import mapping, numbers, some_text
+from ..core.arguments import choice, mapping, numbers, some_text
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.result_text import shows
@@ -48,6 +48,7 @@ class SteadyRun(AbstractRun):
     times: tuple[Array, ...]
     conditions: dict[str, Array]
     channels: tuple[str, ...] = eqx.field(static=True)
+    at: str = eqx.field(static=True)
     one_by_one: ClassVar[bool] = True
 
     def records(self, bench: Instrumented) -> tuple[Array, ...]:
@@ -58,7 +59,7 @@ class SteadyRun(AbstractRun):
 
         def whirl(speed, conditions):
             machine = bench.machine.set(conditions) if conditions else bench.machine
-            return unbalance_response(machine, outputs, speed).values
+            return unbalance_response(machine, outputs, speed, at=self.at).values
 
         if self.conditions:
             values = jax.lax.map(
@@ -105,6 +106,8 @@ class MeasuredResponse:
       program serves them all.
     - `unit`: of the vectors, or channel -> unit; by default that of their channels.
     - `name`: for messages and figures.
+    - `at`: `"equilibrium"`, where it stays under weight, steady loads and films; or `"undeformed"`, which
+      says the same of a linear machine that nothing deflects, and compiles in a third of the time.
 
     Raises `InputError` for lengths that differ, and for what is not finite.
     """
@@ -113,8 +116,15 @@ class MeasuredResponse:
     series: Mapping[str, Vectors]
     conditions: Mapping[str, Float[np.ndarray, " n"]]
     name: str
+    at: str
 
-    @takes(speeds=numbers("rad/s"), vectors=mapping, conditions=mapping, unit=_units)
+    @takes(
+        speeds=numbers("rad/s"),
+        vectors=mapping,
+        conditions=mapping,
+        unit=_units,
+        at=choice("equilibrium", "undeformed"),
+    )
     def __init__(
         self,
         speeds: Any,
@@ -122,6 +132,7 @@ class MeasuredResponse:
         conditions: Mapping[str, Any] | None = None,
         unit: str | Mapping[str, str] = "",
         name: str = "response",
+        at: Literal["equilibrium", "undeformed"] = "equilibrium",
     ):
         speeds = np.atleast_1d(np.asarray(speeds, float))
         if not vectors:
@@ -149,7 +160,9 @@ class MeasuredResponse:
                     f"{place}: is {values[row]:g} in row {row + 1}: leave such rows out"
                 )
             known[path] = values
-        for field, value in dict(speeds=speeds, series=series, conditions=known, name=name).items():
+        for field, value in dict(
+            speeds=speeds, series=series, conditions=known, name=name, at=at
+        ).items():
             object.__setattr__(self, field, value)
 
     def check(self, machine: Machine) -> None:
@@ -166,6 +179,7 @@ class MeasuredResponse:
             times=tuple(jnp.asarray(self.speeds) for _ in self.series),
             conditions={path: jnp.asarray(values) for path, values in self.conditions.items()},
             channels=tuple(self.series),
+            at=self.at,
         )
 
 

@@ -17,7 +17,7 @@ from ..sensors.formats.text import HowWritten
 from .measured_response import MeasuredResponse
 
 _SHARED = tuple(key for key in SHARED_KEYS if key not in ("time", "offset", "sort"))
-_FILE_KEYS = (*_SHARED, "name", "speed", "vectors", "conditions")
+_FILE_KEYS = (*_SHARED, "name", "speed", "vectors", "conditions", "at")
 _VECTOR_KEYS = ("column", "unit", "phase", "imaginary")
 
 
@@ -28,6 +28,7 @@ def read_response(path: str | os.PathLike[str], machine: Machine) -> MeasuredRes
     ```toml
     file = "steady.csv"                      # beside this file; a row for each steady state
     speed = { column = "n", unit = "rpm" }
+    at = "undeformed"                        # or left out; see jr.MeasuredResponse
     missing = -1                             # what stands for a missing value (empty and nan always do)
 
     [vectors.probe]                          # the name of a TrackingFilter
@@ -98,4 +99,8 @@ def read_response(path: str | os.PathLike[str], machine: Machine) -> MeasuredRes
         except InputError as error:
             problems += error.problems
     refuse(problems)
-    return MeasuredResponse(speeds, vectors, found, units, name=str(told.get("name", place.stem)))
+    name, at = str(told.get("name", place.stem)), told.get("at", "equilibrium")
+    try:
+        return MeasuredResponse(speeds, vectors, found, units, name, at)
+    except InputError as error:
+        raise InputError(*(f"`{place}`: {problem}" for problem in error.problems)) from None
