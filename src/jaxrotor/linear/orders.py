@@ -138,6 +138,7 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     found = outputs_of(machine, coordinate_order(machine)[3], outputs)
     if geared:
         machine = _only(machine, _members(machine, shaft))
+    machine = _without_what_laps(machine)
     turn_at = machine.wiring.stations.index(shaft) if geared and shaft is not None else None
     least = _SMOOTH if _only_rotors_turn(machine) else _ANY
     count = max(least, 8 * _TURNS * int(np.ceil(max(orders))))
@@ -246,6 +247,18 @@ def _members(machine: Machine, shaft: str | None) -> frozenset[str]:
         if ends[0][0] in reached:  # a gear pair's error belongs to its gear a
             names.add(name)
     return frozenset(names)
+
+
+def _without_what_laps(machine: Machine) -> Machine:
+    """Without what repeats with something else than a shaft's turns, such as a motor's slip."""
+
+    def is_lapping(part):
+        return isinstance(part, Nominal) and not part.once_per_turn
+
+    if not any(map(is_lapping, machine.connectors)):
+        return machine
+    kept = tuple(c.nominal() if is_lapping(c) else c for c in machine.connectors)
+    return eqx.tree_at(lambda m: m.connectors, machine, kept)
 
 
 def _only(machine: Machine, names: frozenset[str]) -> Machine:
