@@ -1,5 +1,5 @@
-"""Torsional separation, life at a meeting and starts to failure: against closed forms, published frequencies and
-central differences."""
+"""Torsional separation, life at a meeting and starts to failure: against closed forms, published
+frequencies and central differences."""
 
 import itertools
 
@@ -71,14 +71,12 @@ def geared(wheel_radius=0.15):
         "s2": jr.Coupling([0] * 5 + [2e6]),
         "pump": jr.Rotor(1.0, 9.0, 9.0),
     }
-    return jr.Machine.in_line(
-        gears, fixed={n: HELD for n in ("motor", "pinion", "wheel", "pump")}
-    )
+    return jr.Machine.in_line(gears, fixed={n: HELD for n in ("motor", "pinion", "wheel", "pump")})
 
 
 def test_a_geared_line():
-    """Reflected to the motor's shaft, n = 1/3: inertias and stiffness of the slow shaft by n²; three discs in a
-    row. Each shaft excites at its own speed, the teeth at 23 times the pinion's."""
+    """Reflected to the motor's shaft, n = 1/3: inertias and stiffness of the slow shaft by n²; three discs
+    in a row. Each shaft excites at its own speed, the teeth at 23 times the pinion's."""
     n2 = (0.05 / 0.15) ** 2
     a, b, c = 4.0, 0.1 + n2 * 3.0, n2 * 9.0
     k, q = 5e5, n2 * 2e6
@@ -205,7 +203,12 @@ RANGE = 0.4 * FIRST, 0.6 * FIRST
 
 def by_hand(w, torque=10.0, k=STIFF, c=DAMP, j=J1):
     """Amplitude in the shaft of two discs."""
-    dynamic = np.array([[k + 1j * w * c - w**2 * j, -k - 1j * w * c], [-k - 1j * w * c, k + 1j * w * c - w**2 * J2]])
+    dynamic = np.array(
+        [
+            [k + 1j * w * c - w**2 * j, -k - 1j * w * c],
+            [-k - 1j * w * c, k + 1j * w * c - w**2 * J2],
+        ]
+    )
     a = np.linalg.solve(dynamic, [torque, 0])
     return abs((k + 1j * w * c) * (a[1] - a[0]))
 
@@ -217,7 +220,9 @@ def test_torque_at_a_meeting():
     assert float(met.speed) == pytest.approx(FIRST / 2, rel=1e-9)
     assert float(met.torque) == pytest.approx(by_hand(FIRST), rel=1e-8)
     # beside the range: at its nearer end
-    met = standards.torque_at_meeting(machine, MET, 10.0, "motor", "shaft", (0.3 * FIRST, 0.4 * FIRST))
+    met = standards.torque_at_meeting(
+        machine, MET, 10.0, "motor", "shaft", (0.3 * FIRST, 0.4 * FIRST)
+    )
     assert float(met.torque) == pytest.approx(by_hand(0.8 * FIRST), rel=1e-8)
     curve = SNCurve([4e8, 1e8], [1e3, 1e6])
     found = standards.torsional_life(

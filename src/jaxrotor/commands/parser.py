@@ -262,7 +262,8 @@ def parser() -> argparse.ArgumentParser:
     )
     response.add_argument("--force", action="store_true", help="write into a folder in use")
     torsion = command(
-        "torsional", "torsional analysis: modes, separation, forced response, starts, as [torsional] asks"
+        "torsional",
+        "torsional analysis: modes, separation, forced response, starts, as [torsional] asks",
     )
     torsion.epilog = _TORSIONAL
     torsion.add_argument(

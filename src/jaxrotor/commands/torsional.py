@@ -8,6 +8,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.files import folder_written_whole, save_json, written_whole
 from ..linear.torsion import TorsionalMode, holzer_table, torsional_modes
+from ..machine.machine import Machine
 from ..standards.finding import Assessment, Finding
 from ..standards.torsional import (
     TorsionalExcitation,
@@ -15,7 +16,6 @@ from ..standards.torsional import (
     torsional_excitations,
     torsional_separation,
 )
-from ..machine.machine import Machine
 from ..study.study import Study
 from ..study.torsional import Torsional
 from .options import RPM, study_name
@@ -26,8 +26,12 @@ from .torsional_start import Start, start_of
 
 def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet: bool) -> int:
     """Writes figures, tables and summary.json; prints what counts."""
-    from ..plot.torsional import start_transient, torque_over_speed, torsional_interference
-    from ..plot.torsional import torsional_shapes
+    from ..plot.torsional import (
+        start_transient,
+        torque_over_speed,
+        torsional_interference,
+        torsional_shapes,
+    )
 
     machine = study.machine
     asked = study.torsional if study.torsional is not None else Torsional()
@@ -38,7 +42,9 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
     )
     bands = np.asarray(excitation_bands(machine, excitations, speeds))
     middle = 0.5 * (speeds[0] + speeds[1])
-    modes = torsional_modes(machine, middle, max(1, len(found.findings) // max(1, len(bands))), "undeformed")
+    modes = torsional_modes(
+        machine, middle, max(1, len(found.findings) // max(1, len(bands))), "undeformed"
+    )
     forced = forced_response(machine, asked, modes, speeds)
     life = lives(machine, asked, len(modes), speeds)
     start = start_of(study, asked, modes, quiet) if run else None
@@ -47,9 +53,7 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
         with written_whole(part / "holzer.txt") as file:
             Path(file).write_text("\n\n".join(map(holzer_table, modes)) + "\n")
         save_figure(torsional_shapes(modes), part / "modes.png")
-        drawn = torsional_interference(
-            machine, speeds, excitations, None, asked.margin, len(modes)
-        )
+        drawn = torsional_interference(machine, speeds, excitations, None, asked.margin, len(modes))
         save_figure(drawn, part / "interference.png")
         if forced is not None:
             drawn = torque_over_speed(

@@ -1,4 +1,4 @@
-"""Forced torsional response of a study: torque or stress in each shaft over speed, and the life at meetings."""
+"""Forced torsional response of a study: torque or stress over speed, and the life at meetings."""
 
 import warnings
 from typing import NamedTuple
@@ -119,7 +119,7 @@ def _by(machine, one: Exciting, outputs, band, along, speeds) -> np.ndarray:
 def lives(
     machine: Machine, asked: Torsional, count: int, speeds: tuple[float, float]
 ) -> Assessment:
-    """Of the shafts whose `hours` are asked for: where an excitation that has a torque is too near to a mode."""
+    """Of the shafts whose `hours` are asked for, where an excitation with a torque is too near to a mode."""
     from ..standards.torsional import natural_torsion
 
     found = Assessment(())

@@ -1,7 +1,7 @@
 """The start of a study's own run as a torsional analysis sees it: torques, passages, damage."""
 
 import sys
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -74,8 +74,8 @@ def start_of(
         found += findings
     rate = float(study.settings.sample_rate)
     notes = [
-        f"`{name}`: {samples:.1f} samples a period of its torque's swings: crests are missed, so the damage is "
-        f'too low; take sample_rate = "{np.ceil(rate * _SAMPLES / samples):.0f} Hz"'
+        f"`{name}`: {samples:.1f} samples a period of its torque's swings: crests are missed, so the "
+        f'damage is too low; take sample_rate = "{np.ceil(rate * _SAMPLES / samples):.0f} Hz"'
         for name in dict.fromkeys(one.name for one in asked.shafts)
         if (samples := _samples_a_period(shaft_torque(response, name))) < _SAMPLES
     ]
@@ -83,7 +83,7 @@ def start_of(
     return Start(np.asarray(response.t), torques, speed, station, passages, found, notes)
 
 
-def _samples_a_period(values: np.ndarray) -> float:
+def _samples_a_period(values: Any) -> float:
     """Of what swings fastest and counts: by its curvature over its slope, both as root mean squares."""
     first = np.diff(np.asarray(values))
     slope = float(np.mean(first**2))
@@ -94,8 +94,8 @@ def _samples_a_period(values: np.ndarray) -> float:
 
 
 def _passages(study: Study, modes: list[TorsionalMode]) -> tuple[str, dict[str, float]]:
-    """The station whose speed counts, and the speeds at which the pulsation of a synchronous motor's start meets
-    each mode."""
+    """The station whose speed counts, and where the pulsation of a synchronous motor's start meets each
+    mode."""
     machine = study.machine
     for name, element in machine.elements().items():
         if isinstance(element, SynchronousStart):

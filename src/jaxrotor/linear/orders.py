@@ -231,12 +231,12 @@ def _members(machine: Machine, shaft: str | None) -> frozenset[str]:
 def _without_what_laps(machine: Machine) -> Machine:
     """Without what repeats with something else than a shaft's turns, such as a motor's slip."""
 
-    def is_lapping(part):
-        return isinstance(part, Nominal) and not part.once_per_turn
-
-    if not any(map(is_lapping, machine.connectors)):
+    kept = tuple(
+        c.nominal() if isinstance(c, Nominal) and not c.once_per_turn else c
+        for c in machine.connectors
+    )
+    if all(a is b for a, b in zip(kept, machine.connectors)):
         return machine
-    kept = tuple(c.nominal() if is_lapping(c) else c for c in machine.connectors)
     return eqx.tree_at(lambda m: m.connectors, machine, kept)
 
 

@@ -33,8 +33,8 @@ def joined_with(machine: Machine, station: int) -> frozenset[int]:
 
 
 def shafts_of(machine: Machine) -> tuple[tuple[str, ...], ...]:
-    """The names of the stations of each shaft, in the order of the machine; the driven shaft first. A shaft is
-    what turns at one speed: all that is reached without passing gears."""
+    """The names of the stations of each shaft, in the order of the machine; the driven shaft first. A shaft
+    is what turns at one speed: all that is reached without passing gears."""
     names = machine.wiring.stations[: len(machine.stations)]
     found: list[frozenset[int]] = []
     for start in (driven_station(machine), *range(len(names))):

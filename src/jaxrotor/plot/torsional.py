@@ -15,7 +15,7 @@ from ..standards.torsional import (
     speed_range,
     torsional_excitations,
 )
-from .linear import HERTZ, RPM, _radians, _spread
+from .linear import HERTZ, RPM, _spread
 from .style import COLOURS, GREY, Given, figure, label, legend
 
 _BAND, _MET = "#F3C9BE", "#C0392B"
@@ -38,10 +38,10 @@ def torsional_interference(
     at: Any = "undeformed",
     ax: Given | None = None,
 ) -> Axes:
-    """Torsional natural frequencies across the lines of what excites them, over the speed of the driven shaft:
-    each shaft's orders at its own speed, the line's frequency, the teeth. Between the speeds of operation
-    the bands of `margin` to either side of each line are forbidden: a mode that crosses one there does not
-    keep its separation. Meetings are marked, those in a band by crosses. Arguments as for
+    """Torsional natural frequencies across the lines of what excites them, over the speed of the driven
+    shaft: each shaft's orders at its own speed, the line's frequency, the teeth. Between the speeds of
+    operation the bands of `margin` to either side of each line are forbidden: a mode that crosses one there
+    does not keep its separation. Meetings are marked, those in a band by crosses. Arguments as for
     `jr.standards.torsional_separation`, whose `InputError`s it raises."""
     low, high = speed_range(speeds)
     if excitations is None:
@@ -226,8 +226,8 @@ def torque_over_speed(
     units: Mapping[str, str] | None = None,
     ax: Given | None = None,
 ) -> np.ndarray:
-    """Forced torsional response: amplitudes in each part (a panel) by each excitation (a line), over the speed of
-    the driven shaft.
+    """Forced torsional response: amplitudes in each part (a panel) by each excitation (a line), over the
+    speed of the driven shaft.
 
     `speeds`: (n,), rad/s. `torques`: part -> excitation -> (n,). `limits`: part -> an amplitude that is drawn
     across. `units`: part -> "N·m" (the default) or "Pa", which is drawn in MPa. `operation`: rad/s, shaded.
@@ -260,8 +260,8 @@ def start_transient(
     station: str = "",
     ax: Given | None = None,
 ) -> np.ndarray:
-    """Torque in each part over a run, and below it the speed of `station` with the speeds (`passages`: name ->
-    rad/s) at which an excitation meets a mode; the instants at which each is passed are marked in all
+    """Torque in each part over a run, and below it the speed of `station` with the speeds (`passages`: name
+    -> rad/s) at which an excitation meets a mode; the instants at which each is passed are marked in all
     panels. `t`: s; torques: N·m; `speed`: rad/s."""
     rows = len(torques) + 1
     _, axes = figure(rows, 1, (10.0, 1.2 + 2.2 * rows), ax, sharex=True)

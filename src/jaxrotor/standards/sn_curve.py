@@ -40,8 +40,7 @@ class SNCurve(Part):
 
     def faults(self) -> Iterator[str]:
         amplitudes, cycles, ultimate = (
-            None if x is None else known(x)
-            for x in (self.amplitudes, self.cycles, self.ultimate)
+            None if x is None else known(x) for x in (self.amplitudes, self.cycles, self.ultimate)
         )
         for name, row, way in (("amplitudes", amplitudes, -1), ("cycles", cycles, 1)):
             if row is None:

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..core.arguments import number, numbers, positive
+from ..core.arguments import number, numbers, positive, text
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..objectives.fatigue import rainflow
@@ -16,7 +16,7 @@ from .sn_curve import SNCurve
 MINER = "Miner's rule over rainflow cycles (ASTM E1049-85), S-N curve as given"
 
 
-@takes(synchronous_speed=positive("rad/s"), frequency=positive("Hz"))
+@takes(natural=numbers("rad/s"), synchronous_speed=positive("rad/s"), frequency=positive("Hz"))
 def start_resonance(
     natural: float | Float[Array, "..."], synchronous_speed: float, frequency: float
 ) -> Float[Array, "..."]:
@@ -26,7 +26,12 @@ def start_resonance(
     return synchronous_speed * (1 - jnp.asarray(natural) / (4 * jnp.pi * frequency))
 
 
-@takes(diameter=number("m"), inner_diameter=number("m"), concentration=number())
+@takes(
+    torque=numbers("N*m"),
+    diameter=positive("m"),
+    inner_diameter=number("m", least=0.0),
+    concentration=positive(),
+)
 def shear_stress(
     torque: Float[Array, "..."] | float,
     diameter: Any,
@@ -39,7 +44,7 @@ def shear_stress(
     return jnp.asarray(torque) * concentration / modulus
 
 
-@takes(torque=numbers())
+@takes(torque=numbers(), per_torque=number())
 def cycle_damage(torque: Any, curve: SNCurve, per_torque: Any = 1.0) -> Float[Array, ""]:
     """Miner's sum over the rainflow cycles of a history, a pure number; 1 is failure.
 
@@ -59,7 +64,7 @@ def cycle_damage(torque: Any, curve: SNCurve, per_torque: Any = 1.0) -> Float[Ar
     return jnp.sum(jnp.where(counted, cycles.count * each, 0.0))
 
 
-@takes(starts=positive())
+@takes(starts=positive(), per_torque=number())
 def starts_allowed(
     torque: Any,
     curve: SNCurve,
@@ -73,15 +78,15 @@ def starts_allowed(
     or gear. `curve`, `per_torque`: as for `cycle_damage`. `place`: what the findings call it.
 
     Findings: the peak torque (for information), the damage of a start (for information), and the starts to
-    failure, at least `starts`; infinite where nothing counts. Differentiable (starts by their logarithm, best:
-    it is a power of the torque). Source: Miner, J. Appl. Mech. 12 (1945) 159; ASTM E1049-85. Raises
-    `InputError` for a history that is none, and for a part that has no torque.
+    failure, at least `starts`; infinite where nothing counts. Differentiable (best by the logarithm of the
+    starts, which are a power of the torque). Source: Miner, J. Appl. Mech. 12 (1945) 159; ASTM E1049-85.
+    Raises `InputError` for a history that is none, and for a part that has no torque.
     """
     if isinstance(torque, tuple) and len(torque) == 2 and isinstance(torque[0], Response):
         response, name = torque
         place = name if place == "start" else place
         torque = shaft_torque(response, name)
-    history = jnp.asarray(torque, float)
+    history = jnp.atleast_1d(jnp.asarray(numbers()(torque, "`starts_allowed`: torque"), float))
     damage = cycle_damage(history, curve, per_torque)
     none = damage <= 0
     lasts = jnp.where(none, jnp.inf, 1 / jnp.where(none, 1.0, damage))
@@ -89,7 +94,13 @@ def starts_allowed(
     return Assessment(
         (
             Finding(
-                "peak torque", place, jnp.max(jnp.abs(history)), nothing, "for information", "N*m", ""
+                "peak torque",
+                place,
+                jnp.max(jnp.abs(history)),
+                nothing,
+                "for information",
+                "N*m",
+                "",
             ),
             Finding("damage of a start", place, damage, nothing, "for information", "", MINER),
             Finding(
@@ -99,6 +110,7 @@ def starts_allowed(
     )
 
 
+@takes(name=text)
 def shaft_torque(response: Response, name: str) -> Float[Array, " nt"]:
     """Torque in a shaft, coupling or gear over a run, N·m; of a gear that upon its first wheel. Raises
     `InputError` for a part that has none."""

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.arguments import number, numbers, positive, whole
+from ..core.arguments import number, numbers, positive, short, whole
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
@@ -82,8 +82,8 @@ def torsional_excitations(
 
 @takes(natural=number(), low=number(), high=number())
 def torsional_margin(natural: Any, low: Any, high: Any) -> Float[Array, ""]:
-    """How far a natural frequency lies from an excitation that runs from `low` to `high` (all in one unit), as
-    a part of the excitation's nearer end: `max(1 - natural/low, natural/high - 1)`. Negative within the
+    """How far a natural frequency lies from an excitation that runs from `low` to `high` (all in one unit),
+    as a part of the excitation's nearer end: `max(1 - natural/low, natural/high - 1)`. Negative within the
     range, by the way out. Raises `InputError` for what is no number."""
     return jnp.maximum(1 - natural / low, natural / high - 1)
 
@@ -99,8 +99,8 @@ def torsional_separation(
     each: bool = False,
     at: Any = "undeformed",
 ) -> Assessment:
-    """Whether all torsional natural frequencies lie `margin` away from every excitation, anywhere in the range
-    of `speeds`.
+    """Whether all torsional natural frequencies lie `margin` away from every excitation, anywhere in the
+    range of `speeds`.
 
     - `speeds`: (low, high) of the driven shaft, rad/s; twice the same for a machine of one speed.
     - `excitations`: as `torsional_excitations` lists them, which is the default, with `line_frequency` (Hz).
@@ -112,8 +112,8 @@ def torsional_separation(
     The findings are `torsional_margin`, negative by how deep a frequency lies in a range. Natural frequencies
     are |lambda| of the machine at the middle of `speeds`, its lateral motion held. Differentiable by every
     parameter of the machine, ratios of gears too (of two modes that change places, the lower's). Source: API
-    684 and 617 ask for 10 % above or below "any possible excitation"; their text was not seen, but open papers
-    about it. Raises `InputError` for speeds that are no range above 0, and names that are no stations.
+    684 and 617 ask for 10 %; their text was not seen, but Wang, Feese & Pettinato (2012) on them. Raises
+    `InputError` for speeds that are no range above 0, and names that are no stations.
     """
     low, high = speed_range(speeds)
     if excitations is None:
@@ -179,10 +179,14 @@ def excitation_bands(
         if traced(machine)
         else jnp.asarray(prepare(machine).system.turns())
     )
+    if not isinstance(excitations, (list, tuple)) or not all(
+        isinstance(one, TorsionalExcitation) for one in excitations
+    ):
+        raise InputError(
+            f"excitations must be a list of TorsionalExcitation, but is {short(excitations)}"
+        )
     rows = []
     for one in excitations:
-        if not isinstance(one, TorsionalExcitation):
-            raise InputError(f"excitations must be of TorsionalExcitation, but one is {one!r}")
         if one.shaft is not None and one.shaft not in stations:
             raise InputError(f"`{one.name}`: shaft: {unknown('station', one.shaft, stations)}")
         if not (one.frequency > 0) and not (one.order > 0):

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from ..core.arguments import number, positive, text, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..elements.shafts.section import Shaft
 from ..linear.response import frequency_response
 from ..linear.torsion import torque_carriers
@@ -22,9 +23,10 @@ _SOURCE = "forced response of the linear machine, S-N curve as given"
 _HOUR = 3600.0
 
 
+@shows(frequency="rad/s as Hz", speed="rad/s", torque="N*m")
 class Met(NamedTuple):
-    """`frequency`: rad/s, at which an excitation is nearest to a mode; `speed`: of the driven shaft there, rad/s;
-    `torque`: amplitude in the shaft, N·m."""
+    """`frequency`: rad/s, at which an excitation is nearest to a mode; `speed`: of the driven shaft there,
+    rad/s; `torque`: amplitude in the shaft, N·m."""
 
     frequency: Float[Array, ""]
     speed: Float[Array, ""]
@@ -42,7 +44,7 @@ def torque_at_meeting(
     mode: int = 1,
     at: Any = "undeformed",
 ) -> Met:
-    """Amplitude of the torque in a shaft, coupling or gear where an excitation is nearest to a torsional mode.
+    """Amplitude of the torque in a shaft, coupling or gear where an excitation is nearest to a mode.
 
     - `torque`: amplitude of the exciting torque, N·m, on `station`. - `shaft`: whose torque is asked for; of
       a gear that upon its first wheel. - `mode`: 1 is the lowest.
@@ -73,7 +75,14 @@ def torque_at_meeting(
     return Met(w, speed, jnp.abs(value))
 
 
-@takes(hours=positive("h"), concentration=positive(), mean_torque=number("N*m"))
+@takes(
+    hours=positive("h"),
+    mode=whole(1),
+    diameter=positive("m"),
+    inner_diameter=number("m", least=0.0),
+    concentration=positive(),
+    mean_torque=number("N*m"),
+)
 def torsional_life(
     machine: Machine,
     excitation: TorsionalExcitation,
@@ -90,8 +99,8 @@ def torsional_life(
     mean_torque: Any = 0.0,
     at: Any = "undeformed",
 ) -> Assessment:
-    """What a shaft bears that runs for `hours` where an excitation is nearest to a mode: amplitude against that
-    which the curve allows for so many cycles, and the life, h.
+    """What a shaft bears that runs for `hours` where an excitation is nearest to a mode: amplitude against
+    that which the curve allows for so many cycles, and the life, h.
 
     The first arguments are those of `torque_at_meeting`. `curve`: of stress (Pa) or of torque (N·m, as a
     coupling's maker gives it). For stress: `diameter`, `inner_diameter` (m; left out, those of a `Shaft`) and
@@ -99,7 +108,8 @@ def torsional_life(
     `ultimate`.
 
     Differentiable by every parameter. The formulas are those of textbooks: `16 T d/(pi (d⁴ - d_i⁴))`, the S-N
-    line, Goodman. Raises `InputError` where the diameter is missing, and for what `torque_at_meeting` refuses.
+    line, Goodman. Raises `InputError` where the diameter is missing, and for what `torque_at_meeting`
+    refuses.
     """
     met = torque_at_meeting(machine, excitation, torque, station, shaft, speeds, mode, at)
     per = stress_per_torque(machine, shaft, curve, diameter, inner_diameter, concentration)
@@ -132,8 +142,8 @@ def stress_per_torque(
     inner_diameter: Any = 0.0,
     concentration: Any = 1.0,
 ) -> Any:
-    """What of the curve's quantity a N·m in the shaft is: 1 for a curve of torque, Pa for one of stress. Raises
-    `InputError` where the diameter is missing."""
+    """What of the curve's quantity a N·m in the shaft is: 1 for a curve of torque, Pa for one of stress.
+    Raises `InputError` where the diameter is missing."""
     if curve.of == "torque":
         return jnp.asarray(concentration, float)
     if diameter is None:

@@ -98,7 +98,7 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
     name = "shaft"
     amplitudes = ["200 MPa", "60 MPa"]   # the S-N curve: of shear stress, or of torque, "4 kN*m"
     cycles = [1e3, 1e7]
-    endless = true                   # nothing below the last amplitude does damage; left out: the line goes on
+    endless = true                   # below the last amplitude no damage; left out: the line goes on
     ultimate = "400 MPa"             # left out: the mean does not count
     diameter = "60 mm"               # for stress; left out: that of a Shaft
     inner_diameter = "0 mm"
@@ -113,9 +113,11 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
         raise InputError(f"`torsional`: must be a table, but is {shown(table)}: write [torsional]")
     faults.unknown_keys("torsional", table, _KEYS)
     ask = _Reader(table, "torsional", faults)
-    speeds = ask.row("speeds", "rad/s", 2)
-    if speeds is not None and not 0 < speeds[0] <= speeds[1]:
-        faults.add("torsional", "speeds must be above 0, the lower one first")
+    row, speeds = ask.row("speeds", "rad/s", 2), None
+    if row is not None:
+        speeds = row[0], row[1]
+        if not 0 < speeds[0] <= speeds[1]:
+            faults.add("torsional", "speeds must be above 0, the lower one first")
     line = ask.positive("line_frequency", "Hz")
     orders = ask.row("orders", "") if "orders" in table else (1.0, 2.0)
     if orders is not None and not all(order > 0 for order in orders):
@@ -187,7 +189,9 @@ class _Reader:
     def count(self, key: str) -> int | None:
         given = self.table.get(key)
         if given is not None and (type(given) is not int or given < 1):
-            self.faults.add(self.place, f"{key} must be a whole number above 0, but is {shown(given)}")
+            self.faults.add(
+                self.place, f"{key} must be a whole number above 0, but is {shown(given)}"
+            )
             return None
         return given
 
@@ -206,7 +210,9 @@ class _Reader:
 def _tables(table: dict, key: str, faults: Faults) -> list[tuple[str, dict]]:
     given = table.get(key, [])
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
-        faults.add("torsional", f"{key} must be tables, but is {shown(given)}: write [[torsional.{key}]]")
+        faults.add(
+            "torsional", f"{key} must be tables, but is {shown(given)}: write [[torsional.{key}]]"
+        )
         return []
     return [(f"torsional.{key}, entry {i + 1}", one) for i, one in enumerate(given)]
 
