@@ -9,6 +9,7 @@ import pytest
 from apart import apart, spinning
 from helpers import assert_derivatives_agree
 from scipy.linalg import expm
+from test_schedules import monotone
 
 import jaxrotor as jr
 from jaxrotor.profiles import Reclosing, ShortCircuit, short_circuit_amplitude
@@ -231,17 +232,27 @@ def test_a_short_circuit_in_a_run():
     found = np.asarray(run["shaft"].torque)
     np.testing.assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
     assert np.abs(expected).max() > 150.0
-    # with a given spin its inertia carries the torque, and the shaft nothing
+    # the same on a rotor beside a given spin; a motor that starts there pulsates by the slip that is given
     driven = jr.Machine.in_line(
         {
             "a": jr.Rotor(1.0, J[0], J[0]),
             "shaft": jr.Coupling([0] * 5 + [k], [0] * 5 + [c]),
-            "end": jr.PrescribedSpin(jr.ConstantSpeed(SYNCHRONOUS)),
+            "end": jr.PrescribedSpin(jr.ConstantSpeed(0.9 * SYNCHRONOUS)),
         },
-        {"grid": (jr.Torque(fault), "a")},
+        {"grid": (jr.Torque(fault), "a"), "motor": (START, "end")},
         fixed={"a": held},
     )
     run = jr.simulate(driven, 0.2, 1000.0, step=1e-4)
+    lag = 2 * (W - POLES * SYNCHRONOUS * 0.9) * np.asarray(run.t)
+    at_speed = [float(monotone(SPEEDS, y)(0.9 * SYNCHRONOUS)) for y in (MEANS, SWINGS)]
+    np.testing.assert_allclose(
+        run["motor"].torque, at_speed[0] + at_speed[1] * np.cos(lag), rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        np.asarray(run["end"].reaction)[:, 5],
+        -np.asarray(run["motor"].torque) + np.asarray(run["shaft"].torque),
+        atol=1e-6,
+    )
     A[1, :2] = -k / J[0], -c / J[0]
     t = np.asarray(run.t)
     x = np.array([expm(A * max(s - 0.0123, 0.0)) @ first for s in t])
@@ -249,6 +260,38 @@ def test_a_short_circuit_in_a_run():
     expected = k * x[:, 0] + c * x[:, 1]
     found = np.asarray(run["shaft"].torque)
     np.testing.assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
+
+
+def test_the_damage_of_a_fault_has_a_derivative():
+    """By stiffness and damping of the shaft and the amplitude of the fault, through the run: forward, reverse
+    and central differences."""
+    held = ("x", "y", "z", "psi", "theta")
+    curve = jr.standards.SNCurve([400.0, 100.0], [1e3, 1e6], of="torque")
+    machine = jr.Machine.in_line(
+        {
+            "a": jr.Rotor(1.0, 2.0, 2.0),
+            "shaft": jr.Coupling([0] * 5 + [8e4], [0] * 5 + [20.0]),
+            "b": jr.Rotor(1.0, 3.0, 3.0),
+        },
+        {"grid": (jr.Torque(ShortCircuit.two_phase(0.0123, LINE, 400.0)), "a")},
+        fixed={"a": held, "b": held},
+    )
+    unit = jnp.array([0.0, 0, 0, 0, 0, 1])
+
+    def damage(x):
+        other = machine.set(
+            {
+                "shaft.stiffness": 8e4 * x[0] * unit,
+                "shaft.damping": 20.0 * x[1] * unit,
+                "grid.value.fundamental": 400.0 * x[2],
+            }
+        )
+        run = jr.simulate(other, 0.12, 2000.0, spinning([0.0] * 2), step=5e-4)
+        torque = jr.standards.shaft_torque(run, "shaft")
+        return jnp.log(jr.standards.cycle_damage(torque, curve))
+
+    slopes = assert_derivatives_agree(damage, np.ones(3), rtol=1e-6, step=1e-4)
+    assert slopes[1] < 0 < slopes[2]
 
 
 def test_slip_is_no_order_of_the_shaft():
