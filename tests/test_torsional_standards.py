@@ -275,3 +275,29 @@ def test_wrong_arguments():
         standards.torsional_separation(machine, (1.0, 2.0), (TorsionalExcitation("nothing"),))
     with pytest.raises(jr.InputError, match="there is no shaft, coupling or gear `shift`"):
         standards.torque_at_meeting(machine, MET, 1.0, "motor", "shift", RANGE)
+
+
+def test_interference_diagram():
+    """Two discs between 0.45 and 0.48 of their frequency, rpm and Hz: twice the speed crosses within 10 % of
+    operation and gets a cross where it does, once the speed is clear; the line's frequency, at 0.95 of it, too
+    near at all speeds."""
+    from jaxrotor.plot import torsional_interference
+
+    line = 0.95 * FIRST / (2 * np.pi)
+    told = standards.torsional_excitations(two_discs(c=0.0), line)[:3]
+    ax = torsional_interference(two_discs(c=0.0), (0.45 * FIRST, 0.48 * FIRST), told)
+    hertz, rpm = FIRST / 2 / np.pi, 30 / np.pi
+    marks = {
+        drawn.get_label(): drawn.get_xydata() for drawn in ax.lines if drawn.get_marker() in "Xo"
+    }
+    np.testing.assert_allclose(
+        marks["separation below 10 %"],
+        [[0.5 * FIRST * rpm, hertz], [0.465 * FIRST * rpm, hertz]],
+        rtol=1e-9,
+    )
+    assert "clear" not in marks  # once the speed meets it at twice the speeds of operation
+    names = {text.get_text() for text in ax.texts}
+    assert {"motor 1x", "line frequency", f"torsional 1, {hertz:.4g} Hz"} <= names
+    low, high = ax.collections[1].get_paths()[0].get_extents().get_points()[:, 1]
+    assert (low, high) == pytest.approx((1.8 * 0.45 * hertz, 2.2 * 0.48 * hertz))
+    ax.figure.canvas.draw()

@@ -85,11 +85,11 @@ def start_of(
 
 def _samples_a_period(values: Any) -> float:
     """Of what swings fastest and counts: by its curvature over its slope, both as root mean squares."""
-    first = np.diff(np.asarray(values))
-    slope = float(np.mean(first**2))
+    first = np.diff(np.asarray(values, np.float64))
+    slope = float(np.mean(np.square(first)))
     if not slope > 0:
         return np.inf
-    ratio = 0.5 * np.sqrt(float(np.mean(np.diff(first) ** 2)) / slope)
+    ratio = 0.5 * np.sqrt(float(np.mean(np.square(np.diff(first)))) / slope)
     return np.pi / np.arcsin(np.clip(ratio, 1e-9, 1.0))
 
 
