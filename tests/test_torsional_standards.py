@@ -279,8 +279,8 @@ def test_wrong_arguments():
 
 def test_interference_diagram():
     """Two discs between 0.45 and 0.48 of their frequency, rpm and Hz: twice the speed crosses within 10 % of
-    operation and gets a cross where it does, once the speed is clear; the line's frequency, at 0.95 of it, too
-    near at all speeds."""
+    operation and gets a cross where it does, once the speed is clear; the line's frequency, at 0.95 of it,
+    too near at all speeds."""
     from jaxrotor.plot import torsional_interference
 
     line = 0.95 * FIRST / (2 * np.pi)

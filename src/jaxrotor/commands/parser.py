@@ -325,7 +325,7 @@ def parser() -> argparse.ArgumentParser:
     record.add_argument(
         "--force", action="store_true", help="write into a folder in use, or over a record file"
     )
-    for lasting in (run, torsion, found, best, many):
+    for lasting in (run, found, best, many):
         lasting.add_argument(
             "--time-limit",
             metavar="TIME",

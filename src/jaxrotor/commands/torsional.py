@@ -1,11 +1,12 @@
 """What `jaxrotor torsional` does: modes with torques, separation, forced response, and the start."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import InputError, SimulationFailed
 from ..core.files import folder_written_whole, save_json, written_whole
 from ..linear.torsion import TorsionalMode, holzer_table, torsional_modes
 from ..machine.machine import Machine
@@ -23,9 +24,12 @@ from .output import save_figure, save_table
 from .torsional_response import Forced, forced_response, lives
 from .torsional_start import Start, start_of
 
+DONE, FAILED = 0, 3
+
 
 def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet: bool) -> int:
-    """Writes figures, tables and summary.json; prints what counts."""
+    """Writes figures, tables and summary.json; prints what counts. Returns the exit status: 0, or 3 where the
+    simulation failed, and the start is missing."""
     from ..plot.torsional import (
         start_transient,
         torque_over_speed,
@@ -47,7 +51,11 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
     )
     forced = forced_response(machine, asked, modes, speeds)
     life = lives(machine, asked, len(modes), speeds)
-    start = start_of(study, asked, modes, quiet) if run else None
+    start = failure = None
+    try:
+        start = start_of(study, asked, modes, quiet) if run else None
+    except SimulationFailed as error:  # the rest needs no run, and is written
+        failure = error
     folder = out if out is not None else Path("results") / f"{study.name}_torsional"
     with folder_written_whole(folder, force) as part:
         with written_whole(part / "holzer.txt") as file:
@@ -81,7 +89,10 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
         names = sorted(p.name for p in part.iterdir())
     _print(study, modes, found, life, start, excitations, speeds)
     print(f"{folder}/: {', '.join(names)}")
-    return 0
+    if failure is not None:
+        print(f"{failure}\nThe start is missing for it", file=sys.stderr)
+        return FAILED
+    return DONE
 
 
 def _excitations(
