@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.protocol import AbstractAttachment
 from ..elements.drives.engine import EngineTorque
 from ..linear.orders import order_response
 from ..linear.response import frequency_response
+from ..linear.shafts import shafts_of
 from ..linear.torsion import TorsionalMode, torque_carriers
 from ..machine.machine import Machine
 from ..standards.finding import Assessment
@@ -19,7 +19,6 @@ from ..study.torsional import Exciting, StrengthOfShaft, Torsional
 _POINTS, _BEYOND = 241, 1.2
 # About a resonance, in half widths of its peak.
 _BESIDE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])
-_MOST_ORDERS = 12
 
 
 class Forced(NamedTuple):
@@ -60,12 +59,11 @@ def forced_response(
         for band, one in zip(bands, forced):
             for part, amplitudes in zip(parts, _by(machine, one, outputs, band, along, speeds)):
                 values[part][one.excitation.name] = amplitudes
-        for name, orders in engines:
-            station = machine.connections()[name][0].partition(".")[0]
+        for station, orders in engines:
             found = order_response(machine, outputs, along, orders, "undeformed", station)
             for k, order in enumerate(orders):
                 for i, part in enumerate(parts):
-                    values[part][f"{name} {order:g}x"] = np.abs(np.asarray(found.values)[:, k, i])
+                    values[part][f"order {order:g}"] = np.abs(np.asarray(found.values)[:, k, i])
     units, limits = dict.fromkeys(parts, "N*m"), {}
     for name, strength in strengths.items():
         per = float(_per(machine, strength))
@@ -83,14 +81,16 @@ def _per(machine: Machine, one: StrengthOfShaft):
 
 
 def _engines(machine: Machine) -> list[tuple[str, tuple[float, ...]]]:
-    found = []
+    """The first station of each shaft on which engines act, and the orders of all of them."""
+    found: dict[str, set[float]] = {}
     for name, element in machine.elements().items():
-        if isinstance(element, AbstractAttachment) and isinstance(element, EngineTorque):
-            orders = np.asarray(element.orders)
-            largest = np.argsort(-np.abs(np.asarray(element.amplitudes)))[:_MOST_ORDERS]
-            kept = [float(o) for o in sorted(orders[largest]) if float(2 * o).is_integer()]
-            found.append((name, tuple(kept)))
-    return found
+        if isinstance(element, EngineTorque):
+            station = machine.connections()[name][0].partition(".")[0]
+            shaft = next(shaft[0] for shaft in shafts_of(machine) if station in shaft)
+            mine = np.asarray(element.orders)[np.asarray(element.amplitudes) != 0]
+            whole = {float(order) for order in mine if float(2 * order).is_integer()}
+            found[shaft] = found.get(shaft, set()) | whole
+    return [(shaft, tuple(sorted(orders))) for shaft, orders in found.items() if orders]
 
 
 def _grid(modes: list[TorsionalMode], rates: list[float], high: float) -> np.ndarray:

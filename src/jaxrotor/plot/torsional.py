@@ -20,6 +20,7 @@ from .style import COLOURS, GREY, Given, figure, label, legend
 
 _BAND, _MET = "#F3C9BE", "#C0392B"
 _STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
+_MOST_LINES = 6
 # Of the highest speed of operation, up to where speeds are drawn.
 _BEYOND = 1.35
 # Of the next lower one: excitations from there on are left out, as teeth are.
@@ -229,27 +230,48 @@ def torque_over_speed(
     """Forced torsional response: amplitudes in each part (a panel) by each excitation (a line), over the
     speed of the driven shaft.
 
-    `speeds`: (n,), rad/s. `torques`: part -> excitation -> (n,). `limits`: part -> an amplitude that is drawn
-    across. `units`: part -> "N·m" (the default) or "Pa", which is drawn in MPa. `operation`: rad/s, shaded.
+    `speeds`: (n,), rad/s. `torques`: part -> excitation -> (n,); the six that count most are drawn.
+    `limits`: part -> an amplitude that is drawn across. `units`: part -> "N*m" (the default) or "Pa", which
+    is drawn in MPa. `operation`: rad/s, shaded.
     """
     _, axes = figure(len(torques), 1, (10.0, 1.2 + 2.6 * len(torques)), ax, sharex=True)
+    largest = _largest(torques)
     for panel, (part, lines) in zip(axes[:, 0], torques.items()):
         stress = (units or {}).get(part) == "Pa"
         factor = 1e-6 if stress else 1.0
         _operation(panel, operation)
-        for k, (name, values) in enumerate(lines.items()):
+        kept = {name: values for name, values in lines.items() if name in largest}
+        for name, values in kept.items():
             panel.semilogy(
-                RPM * speeds, factor * values, color=COLOURS[k % 6], linewidth=1.1, label=name
+                RPM * speeds,
+                factor * values,
+                color=COLOURS[largest.index(name)],
+                linewidth=1.1,
+                label=name,
             )
         if limits and part in limits:
             panel.axhline(
                 factor * limits[part], color=_MET, linestyle="--", linewidth=1, label="allowed"
             )
+        if len(kept) < len(lines):
+            panel.plot([], [], " ", label=f"({len(lines) - len(kept)} smaller ones)")
         words = "shear stress, MPa" if stress else "torque, N·m"
         label(panel, "", words, f"`{part}`, amplitudes")
         legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("speed of the driven shaft, rpm")
     return axes[:, 0]
+
+
+def _largest(torques: Mapping[str, Mapping[str, np.ndarray]]) -> list[str]:
+    """The excitations that count most, by their share of the highest peak of any part."""
+    shares: dict[str, float] = {}
+    for lines in torques.values():
+        peaks = {name: float(np.max(values)) for name, values in lines.items()}
+        highest = max(peaks.values(), default=0.0) or 1.0
+        for name, peak in peaks.items():
+            share = peak / highest if np.isfinite(highest) else float(np.isinf(peak))
+            shares[name] = max(shares.get(name, 0.0), share)
+    return sorted(shares, key=lambda name: -shares[name])[:_MOST_LINES]
 
 
 def start_transient(
