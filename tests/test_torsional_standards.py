@@ -96,7 +96,8 @@ def test_a_geared_line():
         max(1 - w / (o * speeds[0]), w / (o * speeds[1]) - 1)
         for w, o in itertools.product(expected, own)
     ]
-    np.testing.assert_allclose([f.value for f in found.findings], margins, rtol=1e-6)
+    # the mesh, at 1e15 N/m, still yields by some 1e-7
+    np.testing.assert_allclose([f.value for f in found.findings], margins, rtol=5e-7, atol=2e-7)
     assert {bool(f.met) for f in found.findings} == {True, False}
 
 
