@@ -25,6 +25,7 @@ BAD: dict[str, list] = {
     "object": [None, 3, "this", {}, jr.Rotor],
     "numbers": ["3 mm", None, {}, [NAN], [1.0, INF], [True], ["x"], object(), [[1.0], [2.0, 3.0]]],
     "rising": ["3 mm", None, {}, [0.0, NAN], [2.0, 1.0], [1.0, 1.0], [3.0], ["x", "y"], 5.0],
+    "span": ["3 mm", None, {}, [0.0, NAN], [2.0, 1.0], [3.0], ["x", "y"], 5.0],
     "signal": ["x", None, 3.0, [1.0], np.full(64, NAN), np.zeros((8, 8)), {}, ["a"] * 64],
     "matrix": ["x", None, [1.0], np.full((2, 2), NAN), np.zeros((2, 3)), {}, [["a", "b"]] * 2],
     "mapping": [3, "main.mass", [1, 2], {3: [1.0]}, {"main.mass": "x"}, {"nobody.mass": [1.0]}, {}],
@@ -117,6 +118,7 @@ PARTS: dict[str, tuple] = {
     "SpeedDependentSupport": (attached, ((0.0, 100.0), (SIX, SIX), (SIX, SIX))),
     "SpeedGovernor": (attached, (10.0, 1.0, 1.0, 5.0)),
     "SpeedTorque": (attached, ((0.0, 10.0), (1.0, 2.0))),
+    "SynchronousStart": (attached, ((0.0, 180.0), (9.0, 0.0), (5.0, 6.0), 60.0)),
     "Torque": (attached, (1.0,)),
     "TorsionalDamper": (attached, (0.1, 1.0)),
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),
@@ -144,6 +146,8 @@ PARTS: dict[str, tuple] = {
     "Harmonic": (profile, (1.0, (1.0,), (20.0,))),
     "Impulse": (profile, (0.1, 0.1, 1.0)),
     "PulseTrain": (profile, (0.1, 0.05, 1.0)),
+    "ShortCircuit": (profile, (0.1, 60.0, 100.0)),
+    "Reclosing": (profile, (0.1, 0.2, 0.3, 60.0, 100.0)),
     "Table": (profile, ((0.0, 1.0), (0.0, 1.0))),
     "ConstantSpeed": (motion, (100.0,)),
     "CosineRamp": (motion, (100.0, 1.0)),
@@ -195,6 +199,16 @@ def functions(machine, model, response, found, record):
     sweeps = {**run, "parameters": "mapping", "outputs": "outputs"}
     regulator = dict(A=-EYE, B=EYE, Q=EYE, R=EYE)
     regulators = dict.fromkeys(regulator, "matrix")
+    excitation = jr.standards.TorsionalExcitation("main 1x", 1.0, "main")
+    meeting = dict(
+        machine=machine,
+        excitation=excitation,
+        torque=1.0,
+        station="main",
+        shaft="shaft",
+        speeds=(10.0, 20.0),
+    )
+    curve = jr.standards.SNCurve([2e8, 1e8], [1e3, 1e6])
     fit = dict(
         machine=machine,
         parameters=["main.mass"],
@@ -240,6 +254,55 @@ def functions(machine, model, response, found, record):
         "interferences": (
             dict(machine=machine, orders=[1.0], speeds=(1.0, 10.0)),
             dict(machine="machine", orders="numbers", speeds="rising", count="count", at="at"),
+        ),
+        "torsional_excitations": (
+            dict(machine=machine),
+            dict(machine="machine", line_frequency="positive", orders="numbers", mesh="flag"),
+        ),
+        "torsional_separation": (
+            dict(machine=machine, speeds=(10.0, 20.0)),
+            dict(machine="machine", speeds="span", excitations="object", line_frequency="positive",
+                 margin="number", count="count", each="flag", at="at"),
+        ),
+        "torsional_margin": (
+            dict(natural=1.0, low=2.0, high=3.0), dict(natural="number", low="number", high="number")
+        ),
+        "torque_at_meeting": (
+            meeting,
+            dict(machine="machine", excitation="object", torque="number", station="station",
+                 shaft="text", speeds="span", mode="count", at="at"),
+        ),
+        "torsional_life": (
+            {**meeting, "curve": curve, "hours": 10.0, "diameter": 0.05},
+            dict(machine="machine", excitation="object", torque="number", station="station",
+                 shaft="text", speeds="span", curve="object", hours="positive", mode="count",
+                 diameter="positive", inner_diameter="number", concentration="positive",
+                 mean_torque="number", at="at"),
+        ),
+        "cycle_damage": (
+            dict(torque=WAVE, curve=curve), dict(torque="numbers", curve="object", per_torque="number")
+        ),
+        "starts_allowed": (
+            dict(torque=WAVE, curve=curve, starts=10.0),
+            dict(torque="numbers", curve="object", starts="positive", place="text",
+                 per_torque="number"),
+        ),
+        "start_resonance": (
+            dict(natural=100.0, synchronous_speed=180.0, frequency=60.0),
+            dict(natural="numbers", synchronous_speed="positive", frequency="positive"),
+        ),
+        "shear_stress": (
+            dict(torque=1.0, diameter=0.1),
+            dict(torque="numbers", diameter="positive", inner_diameter="number",
+                 concentration="number"),
+        ),
+        "shaft_torque": (
+            dict(response=response, name="shaft"), dict(response="object", name="text")
+        ),
+        "short_circuit_amplitude": (
+            dict(power=1e6, synchronous_speed=180.0, reactance=0.2),
+            dict(power="positive", synchronous_speed="positive", reactance="positive",
+                 voltage="number"),
         ),
         "frequency_response": (
             dict(machine=machine, inputs="main.x", outputs="main.x", frequencies=[1.0]),

@@ -1,4 +1,5 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response|identify|optimize|sweep STUDY.toml`,
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|torsional|identify|optimize|sweep
+STUDY.toml`,
 `jaxrotor record FILE`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
@@ -46,6 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "modes": _modes,
             "campbell": _campbell,
             "response": _response,
+            "torsional": _torsional,
             "identify": _identify,
             "optimize": _optimize,
             "sweep": _sweep,
@@ -192,6 +194,13 @@ def _response(given: argparse.Namespace) -> int:
         given.out,
         given.force,
     )
+
+
+def _torsional(given: argparse.Namespace) -> int:
+    from .torsional import run_torsional
+
+    study = _load(given.study, run=False)
+    return run_torsional(study, given.out, given.force, not given.no_run, given.quiet)
 
 
 def _identify(given: argparse.Namespace) -> int:

@@ -43,6 +43,7 @@ examples:
   jaxrotor modes configs/friswell_two_disc.toml --speed "3000 rpm"     frequencies, damping, whirl
   jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
   jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
+  jaxrotor torsional configs/synchronous_start.toml        torsion: separation, response, starts
   jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
   jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
   jaxrotor record run_up.csv                               what is in a file of measured data, drawn
@@ -123,6 +124,43 @@ what it writes:
   summary.json        percentiles, shares within limits, what matters, which cases failed and why
   distributions.png   histograms and shares; scatter.png: outputs over parameters; sensitivity.png: what
                       matters; lines.png, map.png: of a grid; <output>.png: percentiles over speed or time
+"""
+
+
+_TORSIONAL = """\
+Torsion as a reviewer asks for it (API 684): modes with the torque in every shaft (Holzer's table), their
+separation from all that excites them, the forced response, and the start that [simulation] runs. The section
+says what there is beside the machine; without it all is done at the drive's highest speed:
+
+  [torsional]
+  speeds = ["1450 rpm", "1500 rpm"]    of operation, of the driven shaft
+  line_frequency = "50 Hz"             excites, once and twice
+  orders = [1, 2]                      of every shaft, at its own speed
+  margin = 0.1                         the separation asked for, a part of the excitation's frequency
+
+  [[torsional.excitations]]            your own; with a torque the forced response is computed
+  name = "impeller vanes"
+  station = "pump"
+  order = 5                            or frequency = "100 Hz"
+  torque = "12 N*m"
+
+  [[torsional.shafts]]                 what a shaft or coupling stands: an S-N curve
+  name = "shaft"
+  amplitudes = ["200 MPa", "60 MPa"]   of shear stress, or of torque: "4 kN*m"
+  cycles = [1e3, 1e7]
+  concentration = 1.8                  of the notch
+  hours = 20000                        wanted, where the separation is not met
+  starts = 5000                        wanted, by rainflow and Miner
+
+Drives of starts and faults: kind = "SynchronousStart" (mean torque and a pulsating one of twice the slip's
+frequency), "InductionMotor", and a "Torque" whose value is a "ShortCircuit" or a "Reclosing".
+
+what it writes:
+  interference.png   modes across the lines of all excitations; the forbidden bands; meetings marked
+  modes.png          shapes and torques; holzer.txt: the tables
+  response.png, .csv amplitudes in each shaft over speed, by each excitation that has a torque
+  start.png          torques of the run, and the instants at which modes are passed
+  summary.json       all numbers: margins, stresses, lives, peak torques, damage, starts
 """
 
 
@@ -223,6 +261,19 @@ def parser() -> argparse.ArgumentParser:
         "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_response)"
     )
     response.add_argument("--force", action="store_true", help="write into a folder in use")
+    torsion = command(
+        "torsional",
+        "torsional analysis: modes, separation, forced response, starts, as [torsional] asks",
+    )
+    torsion.epilog = _TORSIONAL
+    torsion.add_argument(
+        "--no-run", action="store_true", help="leave the start out: run nothing of [simulation]"
+    )
+    torsion.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_torsional)"
+    )
+    torsion.add_argument("--quiet", action="store_true", help="no progress bar")
+    torsion.add_argument("--force", action="store_true", help="write into a folder in use")
     found = command(
         "identify", "find parameters from measured runs, as [identify] in the study asks"
     )

@@ -305,6 +305,9 @@ class Lumping(AbstractInertia):
 class Nominal(AbstractElement):
     """Has a balanced form, about which the exponential solvers linearise."""
 
+    # False where what is left out repeats with something else than the turns of its shaft: no order of it.
+    once_per_turn: ClassVar[bool] = True
+
     @abc.abstractmethod
     def nominal(self) -> AbstractElement:
         """The element without what turns with the shaft (unbalance, imperfection)."""

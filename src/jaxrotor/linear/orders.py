@@ -18,10 +18,7 @@ from ..core.protocol import Geared, Nominal
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
-from ..machine.layout import lay_out
-from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.speed_ratios import root
 from ..machine.system import assemble
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
@@ -35,6 +32,7 @@ from .linearise import check_linearized, holding, linearize
 from .observe import outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
+from .shafts import driven_station, joined_with
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
 _TURNS = 2
@@ -138,6 +136,7 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     found = outputs_of(machine, coordinate_order(machine)[3], outputs)
     if geared:
         machine = _only(machine, _members(machine, shaft))
+    machine = _without_what_laps(machine)
     turn_at = machine.wiring.stations.index(shaft) if geared and shaft is not None else None
     least = _SMOOTH if _only_rotors_turn(machine) else _ANY
     count = max(least, 8 * _TURNS * int(np.ceil(max(orders))))
@@ -217,35 +216,28 @@ def _only_rotors_turn(machine: Machine) -> bool:
     return all(round_(c) for c in machine.connectors if isinstance(c, Nominal))
 
 
-def _driven(machine: Machine) -> int:
-    """The station whose spin is the reference."""
-    layout = lay_out(structure_of(machine))
-    node = root(layout)
-    if node >= layout.n_nodes:
-        return layout.ground[node - layout.n_nodes]
-    return layout.internal.index(node)
-
-
 def _members(machine: Machine, shaft: str | None) -> frozenset[str]:
     """Names of the elements on the shaft that `shaft` stands on: what is reached without passing gears."""
-    links = [
-        (name, ends)
-        for name, ends, c in zip(machine.wiring.connectors, machine.wiring.ends, machine.connectors)
-        if not isinstance(c, Geared)
-    ]
     stations = machine.wiring.stations
-    reached = {stations.index(shaft) if shaft is not None else _driven(machine)}
-    grown = True
-    while grown:
-        new = {s for _, ends in links if any(e in reached for e, _ in ends) for s, _ in ends}
-        new -= reached
-        reached |= new
-        grown = bool(new)
+    start = stations.index(shaft) if shaft is not None else driven_station(machine)
+    reached = joined_with(machine, start)
     names = {stations[s] for s in reached if s < len(machine.stations)}
     for name, ends in zip(machine.wiring.connectors, machine.wiring.ends):
         if ends[0][0] in reached:  # a gear pair's error belongs to its gear a
             names.add(name)
     return frozenset(names)
+
+
+def _without_what_laps(machine: Machine) -> Machine:
+    """Without what repeats with something else than a shaft's turns, such as a motor's slip."""
+
+    kept = tuple(
+        c.nominal() if isinstance(c, Nominal) and not c.once_per_turn else c
+        for c in machine.connectors
+    )
+    if all(a is b for a, b in zip(kept, machine.connectors)):
+        return machine
+    return eqx.tree_at(lambda m: m.connectors, machine, kept)
 
 
 def _only(machine: Machine, names: frozenset[str]) -> Machine:

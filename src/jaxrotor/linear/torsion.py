@@ -103,7 +103,7 @@ def torsional_modes(
     """
     check_linearized(at)
     machine.check()
-    carriers = _carriers(machine)
+    carriers = torque_carriers(machine)
     names = tuple(
         dict.fromkeys(signal for pair in carriers.values() for signal, _ in pair.values())
     )
@@ -149,7 +149,7 @@ def torsional_modes(
     return found
 
 
-def _carriers(machine: Machine) -> dict[str, dict[str, tuple[str, float]]]:
+def torque_carriers(machine: Machine) -> dict[str, dict[str, tuple[str, float]]]:
     """Of each shaft, coupling and gear the output and its factor that give the "torque" it carries, and of
     a gear the "force" in its teeth."""
     lineup = structure_of(machine)

@@ -46,3 +46,9 @@ from .torsion import (
     speed_spectrum as speed_spectrum,
     torques as torques,
 )
+from .torsional import (
+    start_transient as start_transient,
+    torque_over_speed as torque_over_speed,
+    torsional_interference as torsional_interference,
+    torsional_shapes as torsional_shapes,
+)

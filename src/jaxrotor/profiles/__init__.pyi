@@ -15,4 +15,9 @@ from .schedule import (
     Step as Step,
     Table as Table,
 )
+from .short_circuit import (
+    Reclosing as Reclosing,
+    ShortCircuit as ShortCircuit,
+    short_circuit_amplitude as short_circuit_amplitude,
+)
 from .spline import SpeedSpline as SpeedSpline

@@ -31,6 +31,7 @@ _SECTIONS = (
     "identify",
     "optimize",
     "sweep",
+    "torsional",
 )
 
 
@@ -40,12 +41,12 @@ _NO_SIMULATION = (
 )
 
 
-@shows(without=("figures", "identify", "optimize", "sweep"))
+@shows(without=("figures", "identify", "optimize", "sweep", "torsional"))
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `simulation`: how the machine is run; `figures` are drawn beside
-    those that `report` chooses; `identify`, `optimize` and `sweep` are what the commands of these names
-    are asked for; `path` is the file."""
+    those that `report` chooses; `identify`, `optimize`, `sweep` and `torsional` are what the commands of
+    these names are asked for; `path` is the file."""
 
     machine: Machine
     simulation: Simulation | None
@@ -57,6 +58,7 @@ class Study:
     identify: Any = None
     optimize: Any = None
     sweep: Any = None
+    torsional: Any = None
 
     @property
     def settings(self) -> Simulation:
@@ -103,12 +105,36 @@ def load(path: str | Path, run: bool = True) -> Study:
     figures = read_figures(document.get("figures", []), faults)
     if machine is not None and report is not None:
         _check_report(report, machine, faults)
+    torsional = None
     if machine is not None:
         check_figures(figures, machine, faults)
+        torsional = _torsional(document, machine, faults)
     if machine is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
     asked = {} if settings is None else _asked(document, machine, settings, path)
-    return Study(machine, settings, report=report, figures=figures, path=path, **asked, **texts)
+    return Study(
+        machine,
+        settings,
+        report=report,
+        figures=figures,
+        path=path,
+        torsional=torsional,
+        **asked,
+        **texts,
+    )
+
+
+def _torsional(document: dict, machine: Machine, faults: Faults) -> Any:
+    """The section [torsional], where there is one: it does without [simulation]."""
+    if "torsional" not in document:
+        return None
+    from .torsional import read_torsional
+
+    try:
+        return read_torsional(document["torsional"], machine)
+    except InputError as error:
+        faults.sentences += error.problems
+        return None
 
 
 def _asked(document: dict, machine: Machine, settings: Simulation, path: Path) -> dict[str, Any]:
