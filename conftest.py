@@ -12,6 +12,8 @@ os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parent / "
 # Even the smallest: single operations are a fifth of all compiling, the same in every file.
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+# OpenBLAS's threads spin while they wait for each other: a tenth of the time of machines of many stations.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Nearly all of the tests' time is compiling: quick code that runs at half the speed takes a quarter of it.
 # Pieces compiled side by side cost more in all, and the other cores have tests of their own.
 QUICK = (
@@ -41,12 +43,12 @@ gc.set_threshold(200_000, 20, 20)
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
-condensation
-sweep uncertainty configs shafts_with_mass linear sweep_stores run_error critical bearings control
-identify torsion
-more_configs identify_cli contact shaft_defects ross fitted jumps
-gradients governed_config energy identify_experiments couplings gears tracing report reference
-sweep_cli design_experiments measures optimize_cli optimize norms regulators diagnose
+condensation uncertainty
+identify more_configs contact identify_cli gradients sweep_stores torsion sweep
+configs shafts_with_mass linear run_error critical bearings control identify_experiments order_tracked ross
+governed_config information design_experiments oil_film_config jumps measures reference optimize shaft_defects
+optimize_cli sweep_cli critical_speed_design fitted
+energy couplings gears tracing report norms regulators diagnose
 """.split()
 
 
