@@ -1,6 +1,7 @@
 """Amplification factors of a rotor's resonances, from its response to unbalance."""
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -19,13 +20,15 @@ from ..core.result_text import shows
 from ..machine.machine import Machine
 from .curve import Near, Peaks, searched, searched_in_program, with_slopes, without_slopes
 from .finding import Assessment, Finding
-from .placed import Excited, Probe, Seen, excited, words_of
+from .placed import Excited, Seen, excited, words_of
 
 HALF_POWER = 0.5**0.5
 SOURCE = "API RP 684 SP6.8.2.1, as read in ross-report (analysis.py)"
 
 
-@shows(without=("excitation",), speeds="rad/s", amplitudes="m", low="rad/s", high="rad/s", factors="")
+@shows(
+    without=("excitation",), speeds="rad/s", amplitudes="m", low="rad/s", high="rad/s", factors=""
+)
 class Resonances(eqx.Module):
     """Peaks of the response that one probe reads, by rising speed.
 
@@ -62,12 +65,7 @@ class Resonances(eqx.Module):
 
     def response(self, speeds: Any) -> np.ndarray:
         """What the probe reads at other speeds (n,), rad/s, as numbers."""
-        run, (one, other) = self.excitation
-        speeds = np.atleast_1d(np.asarray(speeds, float))
-        motion = run.numbers(speeds)
-        found = [motion(float(w)) for w in speeds]
-        one, other = numbers(one), numbers(other)
-        return np.array([abs(one @ q) + abs(other @ q) for q in found])
+        return readings(*self.excitation, np.atleast_1d(np.asarray(speeds, float)))
 
     def sides(self, k: int) -> str:
         """Of peak k, in words, on which sides the response does not fall far enough; empty where it does on
@@ -79,6 +77,13 @@ class Resonances(eqx.Module):
         if len(gone) == 2:
             return "no flank falls to the width's level: no factor"
         return f"no flank {gone[0]}: the other one doubled" if gone else ""
+
+
+def readings(run: Excited, seen: Seen, speeds: np.ndarray) -> np.ndarray:
+    """What a probe reads at these speeds (n,), rad/s, as numbers."""
+    motion, (one, other) = run.numbers(speeds), (numbers(x) for x in seen)
+    found = [motion(float(w)) for w in speeds]
+    return np.array([abs(one @ q) + abs(other @ q) for q in found])
 
 
 @takes(
@@ -118,41 +123,57 @@ def resonances(
     rise.
     """
     if not start < stop:
-        raise InputError(
-            f"start and stop must be rising, but are {start:g} and {stop:g} rad/s"
-        )
-    run, (seen,) = excited(machine, unbalance, (probe,), stop, at)
+        raise InputError(f"start and stop must be rising, but are {start:g} and {stop:g} rad/s")
+    run, seen = excited(machine, unbalance, (probe,), stop, at)
+    return resonances_of(run, seen, (words_of(probe),), (start, stop), drop, count, points)[0]
+
+
+def resonances_of(
+    run: Excited,
+    seen: Sequence[Seen],
+    probes: Sequence[str],
+    span: tuple[float, float],
+    drop: Any,
+    count: int | None,
+    points: int,
+) -> list[Resonances]:
+    """Of several probes, which share what is found of the motion."""
     drop = jnp.asarray(drop, float)
-    grid = np.linspace(start, stop, points)
-    if all(map(is_concrete, jax.tree.leaves((run, seen, drop)))):
-        near, heights = by_numbers(run, seen, grid, float(numbers(drop)))
-        if count is not None:
-            near, heights = _so_many(near, heights, count)
-        if not traced(run, seen, drop):
-            peaks = Peaks(*map(jnp.asarray, (near.place, heights, near.low, near.high)))
-        elif len(near.place):
-            peaks = _derived(run, seen, jax.tree.map(jnp.asarray, near), drop)
-        else:
-            peaks = Peaks(*[jnp.zeros(0)] * 4)
-    elif count is None:
+    grid = np.linspace(*span, points)
+    known_ = all(map(is_concrete, jax.tree.leaves((run, seen, drop))))
+    if not known_ and count is None:
         raise InputError(
             "count: under jit and vmap a number of peaks must be given, such as count=3"
         )
-    else:
-        peaks = _in_program(run, seen, jnp.asarray(grid), drop, count)
-    span = (float(start), float(stop))
-    return Resonances(*peaks, drop, words_of(probe), span, (run, seen))
+    motion = functools.cache(run.numbers(grid)) if known_ else None
+    found = []
+    for one, words in zip(seen, probes):
+        if motion is None:
+            assert count is not None
+            peaks = _in_program(run, one, jnp.asarray(grid), drop, count)
+        else:
+            peaks = _of_numbers(run, one, motion, grid, drop, count)
+        ends = float(span[0]), float(span[1])
+        found.append(Resonances(*peaks, drop, words, ends, (run, one)))
+    return found
 
 
-def by_numbers(run: Excited, seen: Seen, grid: np.ndarray, drop: float) -> tuple[Near, np.ndarray]:
-    """Peaks of what a probe reads, where the numbers are known."""
-    motion, (one, other) = run.numbers(grid), (numbers(x) for x in seen)
+def _of_numbers(run: Excited, seen: Seen, motion: Any, grid, drop: Array, count) -> Peaks:
+    one, other = (numbers(x) for x in seen)
 
     def level(w: float) -> float:
         q = motion(float(w))
-        return float(np.log(abs(one @ q) + abs(other @ q)))
+        with np.errstate(divide="ignore"):  # what does not move at all
+            return float(np.log(abs(one @ q) + abs(other @ q)))
 
-    return searched(level, grid, drop)
+    near, heights = searched(level, grid, float(numbers(drop)))
+    if count is not None:
+        near, heights = _so_many(near, heights, count)
+    if not traced(run, seen, drop):
+        return Peaks(*map(jnp.asarray, (near.place, heights, near.low, near.high)))
+    if not np.isfinite(near.place).any():
+        return Peaks(*[jnp.asarray(near.place)] * 4)
+    return _derived(run, seen, jax.tree.map(jnp.asarray, near), drop)
 
 
 def _so_many(near: Near, heights: np.ndarray, count: int) -> tuple[Near, np.ndarray]:
@@ -162,7 +183,8 @@ def _so_many(near: Near, heights: np.ndarray, count: int) -> tuple[Near, np.ndar
     def kept(x):
         return np.append(x[best], np.full(count - len(best), np.nan))
 
-    return Near(*map(kept, near[:3]), near.found), kept(heights)
+    place, low, high = map(kept, near[:3])
+    return Near(place, low, high, near.found), kept(heights)
 
 
 @lightly_compiled
@@ -190,7 +212,13 @@ def _findings(found: Resonances) -> Iterator[Finding]:
         words = place_of(found, k)
         if words:
             yield Finding(
-                "amplification factor", words, factors[k], jnp.asarray(jnp.nan), "for information", "", SOURCE
+                "amplification factor",
+                words,
+                factors[k],
+                jnp.asarray(jnp.nan),
+                "for information",
+                "",
+                SOURCE,
             )
 
 

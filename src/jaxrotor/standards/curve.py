@@ -1,5 +1,5 @@
-"""Peaks of a curve, and where it has fallen from them on either side: searched for by numbers, or in a program
-where they are traced, and ended by Newton's steps, which carry the derivatives."""
+"""Peaks of a curve, and where it has fallen from them on either side: searched for by numbers, or in a
+program where they are traced, and ended by Newton's steps, which carry the derivatives."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
@@ -20,8 +20,8 @@ _STEP, _FINE = 2e-3, 1e-4
 
 
 class Near(NamedTuple):
-    """Of m peaks by rising place: where they are, and where the curve has fallen from them below and above, as
-    near as a search tells; NaN where it rises again, or ends, before it has; where there is no peak all three
+    """Of m peaks by rising place: where they are, and where the curve has fallen from them below and above,
+    as near as a search tells; NaN where it rises again, or ends, before it has; where there is no peak all three
     are. `found`: how many there are in all."""
 
     place: Any
@@ -72,20 +72,23 @@ def searched(level: Curve, grid: np.ndarray, drop: float) -> tuple[Near, np.ndar
     tops, first, last = peaks_among(levels, np)
     found = []
     for k in np.flatnonzero(tops):
+        top = k, first[k], last[k]
         place, height = _top(level, grid[k - 1], grid[k + 1])
-        low, high = _flanks(level, grid, levels, (k, first[k], last[k]), place, height + np.log(drop))
+        low, high = _flanks(level, grid, levels, top, place, height + np.log(drop))
         place, height = _refined(level, place, height, low, high)
-        low, high = _flanks(level, grid, levels, (k, first[k], last[k]), place, height + np.log(drop))
+        low, high = _flanks(level, grid, levels, top, place, height + np.log(drop))
         found.append((place, low, high, height))
     place, low, high, height = np.array(found).reshape(-1, 4).T
     return Near(place, low, high, len(place)), np.exp(height)
 
 
 def _flanks(level, grid, levels, top, place: float, target: float) -> tuple[float, float]:
-    a, b = _beside(levels, *top, target, np)
+    k, first, last = top
+    a, b = _beside(levels, k, first, last, target, np)
 
     def crossing(end: float) -> float:
-        found: Any = scipy.optimize.brentq(lambda x: level(x) - target, end, place, rtol=1e-14)
+        options: Any = dict(rtol=1e-14)
+        found: Any = scipy.optimize.brentq(lambda x: level(x) - target, end, place, **options)
         return found
 
     low = crossing(grid[a]) if a >= 0 and grid[a] < place else np.nan
@@ -150,9 +153,9 @@ def searched_in_program(level: Curve, grid: Array, drop: Array, count: int) -> N
         starts, ends = (jnp.where(on_tops, x, y) for x, y in zip(new, (starts, ends)))
         height = jnp.where(round_ == 0, levels_of_grid[best], jnp.max(found, axis=1))
         # of the flanks, first between a grid point and the peak
-        a, b = jax.vmap(lambda i, h: _beside(levels_of_grid, i, first[i], last[i], h + log_drop, jnp))(
-            best, height
-        )
+        a, b = jax.vmap(
+            lambda i, h: _beside(levels_of_grid, i, first[i], last[i], h + log_drop, jnp)
+        )(best, height)
         place = 0.5 * (starts + ends)
         begun = jnp.concatenate([grid[jnp.maximum(a, 0)], grid[jnp.minimum(b, size - 1)]])
         points, found = (x[: 2 * along * count].reshape(-1, along) for x in (asked, levels))
@@ -172,8 +175,13 @@ def searched_in_program(level: Curve, grid: Array, drop: Array, count: int) -> N
         once, (jnp.zeros(size), blank, both, *none), jnp.arange(1 + tops_rounds + flank_rounds)
     )
     _, tops, flanks, _, exist, there, found = state
-    place, beside = 0.5 * (tops[0] + tops[1]), jnp.where(exist, 0.5 * (flanks[0] + flanks[1]), jnp.nan)
-    place, low, high = (jnp.where(there, x, jnp.nan) for x in (place, beside[:count], beside[count:]))
+    place, beside = (
+        0.5 * (tops[0] + tops[1]),
+        jnp.where(exist, 0.5 * (flanks[0] + flanks[1]), jnp.nan),
+    )
+    place, low, high = (
+        jnp.where(there, x, jnp.nan) for x in (place, beside[:count], beside[count:])
+    )
     order = jnp.argsort(place)  # NaN, no peak, comes last
     return Near(place[order], low[order], high[order], found)
 
@@ -191,7 +199,9 @@ def with_slopes(level: Curve, near: Near, drop: Array) -> Peaks:
     safe = jnp.where(there, place, place[0])
     gaps = jnp.fmin(jnp.abs(safe - low), jnp.abs(safe - high))
     h = _FINE * jnp.where(jnp.isnan(gaps), 1e-2 * safe, gaps)
-    points = jnp.stack([safe, safe - h, safe + h, jnp.where(lower, low, safe), jnp.where(upper, high, safe)])
+    points = jnp.stack(
+        [safe, safe - h, safe + h, jnp.where(lower, low, safe), jnp.where(upper, high, safe)]
+    )
 
     def both(x):
         return jnp.stack(jax.jvp(level, (x,), (jnp.ones_like(x),)))

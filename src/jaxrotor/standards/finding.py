@@ -5,6 +5,7 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 from jaxtyping import Array, Bool, Float
 
 from ..core.parameter import known
@@ -68,7 +69,7 @@ class Assessment(eqx.Module):
         return Assessment(self.findings + other.findings)
 
     def __repr__(self) -> str:
-        if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(self.findings)):
+        if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(self.findings)):
             return f"Assessment of {len(self.findings)} findings (traced)"
         rows = [("check", "where", "value", "limit", "verdict", "source")]
         for one in self.findings:

@@ -130,7 +130,10 @@ class Excited(eqx.Module):
         run: Excited = jax.tree.map(
             lambda x: np.asarray(known(x)) if eqx.is_array(x) else x, without_slopes(self)
         )
-        models, forces = models_over_speed(without_slopes(self.machine), speeds, self.at), run.forces
+        models, forces = (
+            models_over_speed(without_slopes(self.machine), speeds, self.at),
+            run.forces,
+        )
 
         def motion(w: float) -> np.ndarray:
             model = models(w)
@@ -138,6 +141,19 @@ class Excited(eqx.Module):
             return resolvent(A, n, 1j * w, w**2 * (np.asarray(model.B) @ forces))[:n]
 
         return motion
+
+
+def several(probes: Any) -> Sequence[Probe]:
+    """One probe, or a list of them. Raises `InputError`."""
+    pair = (
+        isinstance(probes, tuple) and len(probes) == 2 and not isinstance(probes[1], (str, tuple))
+    )
+    found = [probes] if isinstance(probes, str) or pair else probes
+    if not isinstance(found, (list, tuple)) or not found:
+        raise InputError(
+            f"probes must be a station, station.x, (station, angle in rad) or a list of these, but is {probes!r}"
+        )
+    return found
 
 
 def stations_of(probes: Sequence[Probe]) -> list[str]:
@@ -187,7 +203,12 @@ def excited(
         turned = placed.amounts[k] * jnp.exp(1j * placed.angles[k])
         couple = 0.0 if placed.couples is None else placed.couples[k]
         # along x and, a quarter later, along y; a force on an arm z turns theta by z Fx, psi by -z Fy
-        for c, amount in (("x", turned), ("y", -1j * turned), ("theta", couple), ("psi", 1j * couple)):
+        for c, amount in (
+            ("x", turned),
+            ("y", -1j * turned),
+            ("theta", couple),
+            ("psi", 1j * couple),
+        ):
             if (station, c) in labels:
                 forces = forces.at[labels.index((station, c))].add(amount)
         if (station, "x") not in labels and (station, "y") not in labels:
@@ -240,5 +261,3 @@ def placed_response(
 @eqx.filter_jit
 def _responses(run: Excited, rows: Array, speeds: Array) -> Array:
     return jax.lax.map(lambda w: rows @ run.motion(w), speeds)
-
-

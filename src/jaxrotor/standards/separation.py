@@ -1,6 +1,6 @@
 """How far resonances must stay from the speeds at which a machine runs, and how far they do."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
@@ -13,9 +13,9 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..machine.machine import Machine
-from .amplification import HALF_POWER, Resonances, place_of, resonances
+from .amplification import HALF_POWER, Resonances, place_of, resonances_of
 from .finding import Assessment, Finding
-from .placed import Probe
+from .placed import excited, several, words_of
 
 SOURCE = "API RP 684 SP6.8.2.10, as read in ross-report (analysis.py)"
 _RPM = number("rad/s", above=0.0)
@@ -99,7 +99,7 @@ def separation_margins(
     at: Any = "equilibrium",
 ) -> SeparationCheck:
     """Amplification factor and separation margin of each resonance that `probes` read from `start` (default:
-    a twentieth of `least`) to `stop` (default: 1.5 times `greatest`), against the running speeds from `least`
+    a twentieth of `least`) to `stop` (default: twice `greatest`), against the running speeds from `least`
     to `greatest`, rad/s.
 
     `probes`: one or several, as for `resonances`, whose other arguments these are. Margins in %: see
@@ -114,28 +114,16 @@ def separation_margins(
             f"least and greatest must not fall, but are {least:g} and {greatest:g} rad/s"
         )
     begin = 0.05 * least if start is None else start
-    end = 1.5 * greatest if stop is None else stop
+    end = 2.0 * greatest if stop is None else stop
     limits = most_below, most_above, least_factor
-    found, findings = [], []
-    for probe in _several(probes):
-        one = resonances(
-            machine, probe, begin, end, unbalance, drop=drop, count=count, points=points, at=at
-        )
-        found.append(one)
-        findings += _findings(one, least, greatest, limits)
+    asked = several(probes)
+    run, seen = excited(machine, unbalance, asked, end, at)
+    words = [words_of(probe) for probe in asked]
+    found = resonances_of(run, seen, words, (begin, end), drop, count, points)
+    findings = [f for one in found for f in _findings(one, least, greatest, limits)]
     return SeparationCheck(
         tuple(found), Assessment(tuple(findings)), jnp.asarray(least), jnp.asarray(greatest)
     )
-
-
-def _several(probes: Any) -> Sequence[Probe]:
-    pair = isinstance(probes, tuple) and len(probes) == 2 and not isinstance(probes[1], (str, tuple))
-    found = [probes] if isinstance(probes, str) or pair else probes
-    if not isinstance(found, (list, tuple)) or not found:
-        raise InputError(
-            f"probes must be a station, station.x, (station, angle in rad) or a list of these, but is {probes!r}"
-        )
-    return found
 
 
 def _findings(one: Resonances, least: Any, greatest: Any, limits: tuple) -> Iterator[Finding]:
@@ -147,7 +135,13 @@ def _findings(one: Resonances, least: Any, greatest: Any, limits: tuple) -> Iter
         speed, factor = one.speeds[k], factors[k]
         nothing = jnp.asarray(jnp.nan)
         yield Finding(
-            "amplification factor", words, factor, nothing, "for information", "", SOURCE.replace("10", "1")
+            "amplification factor",
+            words,
+            factor,
+            nothing,
+            "for information",
+            "",
+            SOURCE.replace("10", "1"),
         )
         # no factor: as if it were sharp
         lost = jnp.isnan(factor)
@@ -159,7 +153,9 @@ def _findings(one: Resonances, least: Any, greatest: Any, limits: tuple) -> Iter
         told = known(damped)
         if told is not None and told:
             words = f"{words}; factor below {float(limits[2]):g}"
-            yield Finding("separation margin", words, margin, nothing, "for information", "%", SOURCE)
+            yield Finding(
+                "separation margin", words, margin, nothing, "for information", "%", SOURCE
+            )
             continue
         # in a program it is not known which: then nothing is asked of what is damped or is no peak
         free = damped | jnp.isnan(speed)

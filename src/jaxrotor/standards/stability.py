@@ -14,14 +14,14 @@ from ..core.arguments import listed, names, number, numbers
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
-from ..core.parameter import is_concrete, known
-from ..core.parameter import numbers as numbers_of
+from ..core.parameter import is_concrete, known, numbers as numbers_of
 from ..core.quick import lightly_compiled, traced
 from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport
 from ..linear.eigen import eigensystem
 from ..linear.linearise import LinearModel, check_linearized, linearize, oscillating
 from ..linear.modes import STRAIGHT, shares_of, whirl_of
+from ..linear.supports import critical_speed_map
 from ..linear.threshold import root
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
@@ -100,7 +100,8 @@ class _Loaded(eqx.Module):
         )
 
         def decrement(cross_coupling: float) -> float:
-            values, right = np.linalg.eig(model.A + cross_coupling * slope)
+            found: Any = np.linalg.eig(model.A + cross_coupling * slope)
+            values, right = found
             k, there = _lowest_forward(model, values, right, np)
             return float(-2 * np.pi * values[k].real / values[k].imag) if there else np.nan
 
@@ -216,7 +217,11 @@ def stability_chart(
     ratio = nothing if ratio is None else jnp.asarray(ratio, float)
     edges = tuple((float(a), float(b)) for a, b in boundary)
     limits = least_ratio, least_decrement, screened_ratio
-    found = () if anticipated is None else _level_one(limit, expected, there, density, ratio, edges, limits)
+    found = (
+        ()
+        if anticipated is None
+        else _level_one(limit, expected, there, density, ratio, edges, limits)
+    )
     if turbine:
         found = found[-1:]
     return StabilityChart(
@@ -275,7 +280,8 @@ def _limit(decrement: Callable[[float], float]) -> float:
         low, high = high, 4 * high
     else:
         return np.inf
-    found: Any = scipy.optimize.brentq(decrement, low, high, xtol=1e-300, rtol=1e-13)
+    options: Any = dict(xtol=1e-300, rtol=1e-13)
+    found: Any = scipy.optimize.brentq(decrement, low, high, **options)
     return found
 
 
@@ -305,7 +311,9 @@ def _limit_in_program(loaded: _Loaded) -> Array:
     return jnp.where(k == 0, 0.0, jnp.where(k < _DOUBLINGS, found, jnp.inf))
 
 
-def in_region_b(density: Any, ratio: Any, boundary: Sequence[tuple[float, float]] = BOUNDARY) -> Array:
+def in_region_b(
+    density: Any, ratio: Any, boundary: Sequence[tuple[float, float]] = BOUNDARY
+) -> Array:
     """Whether a mean gas density (kg/m³) and a critical speed ratio lie above the line of `boundary`."""
     points = np.asarray(boundary, float)
     line = jnp.interp(jnp.asarray(density, float), points[:, 0], points[:, 1], right=points[-1, 1])
@@ -319,12 +327,25 @@ def _level_one(limit, expected, there, density, ratio, boundary, limits) -> tupl
     told, gone = known(beyond), known(unknown_)
     region = "" if told is None or gone is None or gone else "region B" if told else "region A"
     shown = known(ratio)
-    words = f"{region}, critical speed ratio {float(shown):.3g}" if region and shown is not None else ""
+    words = (
+        f"{region}, critical speed ratio {float(shown):.3g}" if region and shown is not None else ""
+    )
     bound = jnp.where(beyond, screened, least)
     return (
         Finding("level 1: Q0/QA", words, limit / expected, bound, "at least", "", LEVEL_1),
         Finding("level 1: log decrement at QA", "", there, decrement, "at least", "", LEVEL_1),
     )
+
+
+@takes(bearings=names, stiffness=number("N/m", above=0.0))
+def rigid_critical_speed(
+    machine: Machine, bearings: Sequence[str] | None = None, stiffness: float = 1e11
+) -> float:
+    """The first undamped forward critical speed (rad/s) on rigid supports: with `bearings` (default: all
+    linear and speed-dependent supports) of this `stiffness`. A plain number. The greatest speed over it is the
+    critical speed ratio of `stability_chart`. Raises `InputError` as `critical_speed_map` does."""
+    found = critical_speed_map(machine, [stiffness], bearings, 1, progress=False)
+    return float(found.speeds[0, 0])
 
 
 @takes(speed=number("rad/s"), least_decrement=number())
@@ -339,4 +360,6 @@ def level_two(
     zero = jnp.zeros(())
     found = _curve(loaded, zero[None])[0] if traced(model) else jnp.asarray(loaded.numbers()(0.0))
     limit = jnp.asarray(least_decrement, float)
-    return Assessment((Finding("level 2: log decrement", "", found, limit, "at least", "", LEVEL_2),))
+    return Assessment(
+        (Finding("level 2: log decrement", "", found, limit, "at least", "", LEVEL_2),)
+    )
