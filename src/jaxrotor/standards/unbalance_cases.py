@@ -24,11 +24,13 @@ from ..linear.observe import at_stations
 from ..machine.axial import axial_positions
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
+from ..simulation.summary import parts_with_mass
 from .placed import PlacedUnbalance
 
 SOURCE = "API RP 684 SP6.8.2.7 / API 617, as read in ross-report (analysis.py)"
 # Of a mode's largest deflection: what is less on the other side does not make it a mode of two halves.
 _HALF = 0.2
+_FAR = 3.0  # times the greatest speed, up to which critical speeds count
 
 
 @takes(
@@ -108,7 +110,7 @@ def unbalance_cases(
     constant: float = 6350.0,
     least_displacement: float = 0.254e-6,
 ) -> tuple[UnbalanceCase, ...]:
-    """What to apply for the `count` lowest undamped forward critical speeds, for a machine whose greatest
+    """What to apply for the `count` lowest undamped forward critical speeds (below three times `speed`), for a machine whose greatest
     continuous speed is `speed` (rad/s): `multiple` times U_r, placed by the mode's shape.
 
     - A mode that bends to one side: at its largest deflection, W the rotor's mass. - One that bends to both
@@ -130,11 +132,12 @@ def unbalance_cases(
     if ends[0] == ends[1]:
         raise InputError(f"bearings: both lie at {ends[0]:g} m: two different places are needed")
     low, high = ends
-    parts = machine.summary().parts
+    parts = parts_with_mass(machine)
     rotors = np.array([isinstance(_part_at(machine, s), (Rotor, RigidBody)) for s in stations])
     found = []
     z = np.array([places[s] for s in stations])
-    modes = critical_modes(machine, count=count, whirl="forward")
+    # a range, for which a large machine is reduced once
+    modes = critical_modes(machine, count=count, speeds=(0.0, _FAR * speed), whirl="forward")
     for mode in modes:
         shape = _deflections(machine, mode)
         kind, where = _placed(shape, z, low, high, rotors)
