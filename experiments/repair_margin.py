@@ -1,9 +1,9 @@
 """A separation margin that is missing, bought by gradient: which dimension pays for it?
 
 A rotor with a disc in the middle runs from 4500 to 7500 rpm. Its first resonance keeps 13.4 % below the least
-speed; by its amplification factor it needs 13.8 %. The diameter of the shafts, the stiffness and the damping of
-the bearings may change within bounds, and as little as possible. The check is `separation_margins` itself, as
-a constraint of `jr.optimize`, with its exact derivatives.
+speed; by its amplification factor it needs 13.8 %. The diameter of the shafts, the stiffness and the damping
+of the bearings may change within bounds, and as little as possible. The check is `separation_margins` itself,
+as a constraint of `jr.optimize`, with its exact derivatives.
 
     python experiments/repair_margin.py [--out DIR] [--iterations 60]
 """

@@ -1,5 +1,5 @@
-"""The numbers that decide: worked values of the standards' formulas, closed forms of a Jeffcott rotor, another
-program's response, and derivatives against central differences."""
+"""The numbers that decide: worked values of the standards' formulas, closed forms of a Jeffcott rotor,
+another program's response, and derivatives against central differences."""
 
 import jax
 import jax.numpy as jnp
@@ -83,7 +83,7 @@ def test_balance_grade_and_planes():
 
 
 def test_corrections_in_holes():
-    """Two holes give the vector exactly; pieces leave the least of all combinations, by going through them."""
+    """Two holes give the vector exactly; pieces leave the least of all combinations."""
     angles, radius, wanted = np.arange(8) * np.pi / 4, 0.1, 1e-4 * np.exp(0.3j)
     found = st.split_correction(wanted, angles, radius)
     masses = np.asarray(found.masses)
@@ -219,28 +219,25 @@ def test_derivatives(slopes):
 
 
 def test_a_shortfall_is_a_constraint(disc):
-    short = st.Shortfall(
-        lambda m: st.separation_margins(
-            m,
-            "disc.x",
-            115.0,
-            150.0,
-            {"disc": 1e-5},
-            start=20.0,
-            stop=300.0,
-            count=1,
-            points=61,
-            at=AT,
-        )
-    )
-    found = jr.optimize(
+    """What it tells of the machine is what the check lacks, in %, also through `jr.optimize`."""
+
+    def check(m, **more):
+        ends = dict(start=20.0, stop=300.0, at=AT)
+        return st.separation_margins(m, "disc.x", 115.0, 150.0, {"disc": 1e-5}, **ends, **more)
+
+    short = st.Shortfall(lambda m: check(m, count=1, points=61))
+    held = jr.optimize(
         disc,
-        [jr.Unknown("s.damping[0]", (5.0, 40.0))],
+        [jr.Unknown("s.damping[0]", bounds=(5.0, 40.0))],
         jr.objectives.TotalMass(),
         [short <= 0.0],
         iterations=1,
-    )
-    assert np.isfinite(found.objective)
+    ).constraints[0]
+    lacking = -float(check(disc).assessment.findings[-1].room)
+    assert lacking > 0
+    assert held.value == pytest.approx(lacking, rel=1e-6)
+    with pytest.raises(jr.InputError, match="must return an Assessment"):
+        st.Shortfall(lambda m: 3.0)(disc)
 
 
 # Stability

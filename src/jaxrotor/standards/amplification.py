@@ -107,7 +107,8 @@ def resonances(
     points: int = 201,
     at: Any = "equilibrium",
 ) -> Resonances:
-    """All peaks between the speeds `start` and `stop` (rad/s) of the response to unbalance that a probe reads.
+    """All peaks between the speeds `start` and `stop` (rad/s) of the response to unbalance that a probe
+    reads.
 
     - `probe`: `"main.x"`, `"main.y"`; `("main", 0.785)` along the direction at that angle (rad) from x
       towards y; `"main"`, the orbit's long half axis.

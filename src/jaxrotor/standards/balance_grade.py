@@ -25,8 +25,8 @@ _MOST = 2_000_000
     mass=number("kg", above=0.0), speed=number("rad/s", above=0.0), grade=number("mm/s", above=0.0)
 )
 def permissible_unbalance(mass: Any, speed: Any, grade: Any = 2.5) -> Float[Array, ""]:
-    """Permissible residual unbalance of a rotor, kg·m (1 g·mm is 1e-6): `grade` (mm/s, 2.5 for G 2.5) over the
-    highest speed of service (rad/s), times its mass (kg). Raises `InputError` for what is not positive.
+    """Permissible residual unbalance of a rotor, kg·m (1 g·mm is 1e-6): `grade` (mm/s, 2.5 for G 2.5) over
+    the highest speed of service (rad/s), times its mass (kg). Raises `InputError` for what is not positive.
     Source: ISO 21940-11, e_per omega = G."""
     return 1e-3 * jnp.asarray(grade, float) * mass / speed
 
@@ -69,8 +69,8 @@ def residual_unbalance(
     centre: Any = None,
 ) -> Assessment:
     """The amounts (kg·m) of residual unbalance against the grade: one of the whole rotor, or two in `planes`
-    (z, m) with the mass centre at `centre`. Raises `InputError` as `permissible_unbalance` and `in_two_planes`
-    do, and for a number of amounts that does not fit."""
+    (z, m) with the mass centre at `centre`. Raises `InputError` as `permissible_unbalance` and
+    `in_two_planes` do, and for a number of amounts that does not fit."""
     amounts = jnp.atleast_1d(jnp.abs(jnp.asarray(residual)))
     whole_ = permissible_unbalance(mass, speed, grade)
     if (planes is None) != (centre is None):
@@ -111,8 +111,8 @@ def _holes(angles: Any, radius: Any) -> Array:
 
 @takes(correction=complex_number, angles=None, radius=None)
 def split_correction(correction: Any, angles: Any, radius: Any) -> HoleCorrection:
-    """A correction (kg·m, amount times e^(i angle)) as masses in the two holes that lie next to its direction:
-    exact. `angles` (n,): of the holes, rad; `radius`: m, of all or of each.
+    """A correction (kg·m, amount times e^(i angle)) as masses in the two holes that lie next to its
+    direction: exact. `angles` (n,): of the holes, rad; `radius`: m, of all or of each.
 
     Differentiable while it stays between these two. Raises `InputError` where no two holes less than half a
     turn apart enclose the direction."""
@@ -126,8 +126,8 @@ def split_correction(correction: Any, angles: Any, radius: Any) -> HoleCorrectio
     k, j = int(np.argmin(away)), int(np.argmax(away))
     if not 1e-9 < (away[k] - away[j]) % (2 * np.pi) < np.pi - 1e-9:
         raise InputError(
-            f"angles: no two holes less than half a turn apart enclose {np.rad2deg(direction):.4g} deg: split "
-            "another way, or drill there"
+            f"angles: no two holes less than half a turn apart enclose {np.rad2deg(direction):.4g} deg: "
+            "split another way, or drill there"
         )
     pair = jnp.stack([arms[k], arms[j]])
     matrix = jnp.stack([pair.real, pair.imag])

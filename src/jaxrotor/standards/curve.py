@@ -21,8 +21,8 @@ _STEP, _FINE = 2e-3, 1e-4
 
 class Near(NamedTuple):
     """Of m peaks by rising place: where they are, and where the curve has fallen from them below and above,
-    as near as a search tells; NaN where it rises again, or ends, before it has; where there is no peak all three
-    are. `found`: how many there are in all."""
+    as near as a search tells; NaN where it rises again, or ends, before it has; where there is no peak all
+    three are. `found`: how many there are in all."""
 
     place: Any
     low: Any

@@ -70,8 +70,8 @@ def as_placed(given: Any) -> PlacedUnbalance:
 
 
 def own_unbalance(machine: Machine) -> PlacedUnbalance:
-    """Static and dynamic, of the machine's rotors. Raises `InputError` where there is none, and where anything
-    else turns with the shaft."""
+    """Static and dynamic, of the machine's rotors. Raises `InputError` where there is none, and where
+    anything else turns with the shaft."""
     found: dict[str, tuple[Any, Any, Any]] = {}
     others = []
     for name, part in machine.elements().items():
@@ -87,8 +87,8 @@ def own_unbalance(machine: Machine) -> PlacedUnbalance:
                 others.append(name)
     if others:
         raise InputError(
-            f"unbalance: `{others[0]}` turns with the shaft and is no Rotor with an Unbalance alone: give what "
-            "is to be applied, unbalance={station: kg*m}"
+            f"unbalance: `{others[0]}` turns with the shaft and is no Rotor with an Unbalance alone: give "
+            "what is to be applied, unbalance={station: kg*m}"
         )
     sizes = [known(jnp.stack([jnp.abs(x) for x in (u, c)])) for u, _, c in found.values()]
     if not any(size is None or np.any(size > 0) for size in sizes):
@@ -151,7 +151,8 @@ def several(probes: Any) -> Sequence[Probe]:
     found = [probes] if isinstance(probes, str) or pair else probes
     if not isinstance(found, (list, tuple)) or not found:
         raise InputError(
-            f"probes must be a station, station.x, (station, angle in rad) or a list of these, but is {probes!r}"
+            "probes must be a station, station.x, (station, angle in rad) or a list of these, but is "
+            f"{probes!r}"
         )
     return found
 

@@ -59,8 +59,9 @@ def peak_sensitivity(
 
     `loop`: name of the control loop. Of an `ActiveTorque` nothing else is asked. Of an element of your own:
     `signal`, the one that it offers of its force or torque ("force"), `acts_on`, the coordinate that it acts
-    on ("rotor.x"), and `against`, that which bears the reaction, where one does. A disturbance d added to what
-    the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the closed loop's linear model.
+    on ("rotor.x"), and `against`, that which bears the reaction, where one does. A disturbance d added to
+    what the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the closed loop's linear
+    model.
 
     Exact derivatives in both modes. Raises `InputError` for names that are none, for a sampled loop (it has
     no linear model in continuous time), and where the closed loop is not stable.
@@ -190,9 +191,9 @@ def loop_sensitivity(
     against: str | None = None,
     at: Any = "equilibrium",
 ) -> Assessment:
-    """The peak sensitivity of a control loop, as `peak_sensitivity` finds it, against the end of the zone that
-    is `accepted`: zones A, B and C end at `limits`, 3, 4 and 5 (9.5, 12 and 14 dB). Raises `InputError` as
-    that does, and for another zone. Source: ISO 14839-3, as commonly restated."""
+    """The peak sensitivity of a control loop, as `peak_sensitivity` finds it, against the end of the zone
+    that is `accepted`: zones A, B and C end at `limits`, 3, 4 and 5 (9.5, 12 and 14 dB). Raises `InputError`
+    as that does, and for another zone. Source: ISO 14839-3, as commonly restated."""
     if accepted not in ("A", "B", "C"):
         raise InputError(f'accepted must be "A", "B" or "C", but is {accepted!r}')
     found = peak_sensitivity(

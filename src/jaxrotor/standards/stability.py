@@ -29,7 +29,7 @@ from .curve import without_slopes
 from .finding import Assessment, Finding
 
 LEVEL_1 = "API RP 684 SP6.8.5.10, as read in ross-report (analysis.py)"
-LEVEL_2 = "API RP 684 SP6.8.6, as read in ross-report (analysis.py)"
+LEVEL_2 = "API level 2, log decrement 0.1 as in ross-report (analysis.py), which cites no paragraph"
 # Mean gas density (kg/m³) and critical speed ratio between which region A ends.
 BOUNDARY = ((0.0, 2.5), (16.53, 2.5), (60.0, 2.0), (60.0, 0.0))
 _DOUBLINGS, _SECANTS = 30, 25
@@ -57,9 +57,10 @@ def anticipated_cross_coupling(
     (diameter * height)` with the torque T = power/speed (W, rad/s); of several, add them up.
 
     `diameter`: of the impeller or blades, m; `height`: of the narrowest restriction in its flow path (the
-    discharge width of an impeller) or of the blades, m; `density_ratio`: gas density at discharge over that at suction; `constant`: 3
-    for centrifugal compressors, 1.5 (with density_ratio 1) for axial machines. Raises `InputError` for
-    what is out of bounds. Source: API RP 684 SP6.8.5.6, after Wachel and Alford, as read in ross-report.
+    discharge width of an impeller) or of the blades, m; `density_ratio`: gas density at discharge over that
+    at suction; `constant`: 3 for centrifugal compressors, 1.5 (with density_ratio 1) for axial machines.
+    Raises `InputError` for what is out of bounds. Source: API RP 684 SP6.8.5.6, after Wachel and Alford, as
+    read in ross-report.
     """
     torque = jnp.asarray(power, float) / speed
     return constant * density_ratio * torque / (diameter * jnp.asarray(height, float))
@@ -342,8 +343,8 @@ def rigid_critical_speed(
     machine: Machine, bearings: Sequence[str] | None = None, stiffness: float = 1e11
 ) -> float:
     """The first undamped forward critical speed (rad/s) on rigid supports: with `bearings` (default: all
-    linear and speed-dependent supports) of this `stiffness`. A plain number. The greatest speed over it is the
-    critical speed ratio of `stability_chart`. Raises `InputError` as `critical_speed_map` does."""
+    linear and speed-dependent supports) of this `stiffness`. A plain number. The greatest speed over it is
+    the critical speed ratio of `stability_chart`. Raises `InputError` as `critical_speed_map` does."""
     found = critical_speed_map(machine, [stiffness], bearings, 1, progress=False)
     return float(found.speeds[0, 0])
 
@@ -352,9 +353,9 @@ def rigid_critical_speed(
 def level_two(
     machine: Machine, speed: Any, *, least_decrement: Any = 0.1, at: Any = "equilibrium"
 ) -> Assessment:
-    """Level 2: the log decrement of the lowest forward lateral mode at `speed` (rad/s) with all that stands in
-    the machine, its seals and destabilising parts, is at least `least_decrement`. Exact derivatives in both
-    modes. Raises `InputError` for another `at`, and for a speed that is not finite."""
+    """Level 2: the log decrement of the lowest forward lateral mode at `speed` (rad/s) with all that stands
+    in the machine, its seals and destabilising parts, is at least `least_decrement`. Exact derivatives in
+    both modes. Raises `InputError` for another `at`, and for a speed that is not finite."""
     model = linearize(machine, jnp.asarray(speed, float), at)
     loaded = _Loaded(model, jnp.zeros_like(model.A))
     zero = jnp.zeros(())

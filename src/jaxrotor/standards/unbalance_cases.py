@@ -43,8 +43,8 @@ def residual_unbalance_of_api(
     mass: Any, speed: Any, constant: Any = 6350.0, least_displacement: Any = 0.254e-6
 ) -> Float[Array, ""]:
     """U_r, kg·m (1 g·mm is 1e-6): `constant` W/N g·mm, W the mass (kg) that counts and N the greatest
-    continuous speed in rpm (`speed` in rad/s); no less than W times `least_displacement`, which is 6350/25 000
-    µm: from 25 000 rpm on. To be applied are two of them: 100 kg at 9000 rpm: 141.111 g·mm. Raises
+    continuous speed in rpm (`speed` in rad/s); no less than W times `least_displacement`, which counts
+    from 25 000 rpm on. To be applied are two of them: 100 kg at 9000 rpm: 141.111 g·mm. Raises
     `InputError` for what is out of bounds. Source: API 617 / 684, as read in ross-report, which has the floor
     a thousand times too high."""
     rpm = jnp.asarray(speed, float) * 30 / jnp.pi
@@ -74,10 +74,11 @@ def scale_factor(limit: Any, amplitude: Any, most: Any = 6.0) -> Float[Array, ""
 class UnbalanceCase(eqx.Module):
     """An unbalance to be applied for one critical speed.
 
-    - `name`: of the mode; `critical`: its undamped critical speed, rad/s. - `unbalance`: what to apply, where.
+    - `name`: of the mode; `critical`: its undamped critical speed, rad/s. - `unbalance`: what to apply,
+      where.
     - `kind`: "one" at the largest deflection, "two" out of phase, "overhung" at the end beyond the bearings.
-    - `stations` (n,), all, their places `z` along the axis, m, and `shape` (n,): their deflections in the plane in
-      which it is largest, largest 1. `bearings`: their two places, m.
+    - `stations` (n,), all, their places `z` along the axis, m, and `shape` (n,): their deflections in the
+      plane in which it is largest, largest 1. `bearings`: their two places, m.
     """
 
     name: str = eqx.field(static=True)
@@ -110,13 +111,15 @@ def unbalance_cases(
     constant: float = 6350.0,
     least_displacement: float = 0.254e-6,
 ) -> tuple[UnbalanceCase, ...]:
-    """What to apply for the `count` lowest undamped forward critical speeds (below three times `speed`), for a machine whose greatest
-    continuous speed is `speed` (rad/s): `multiple` times U_r, placed by the mode's shape.
+    """What to apply for the `count` lowest undamped forward critical speeds (below three times `speed`), for
+    a machine whose greatest continuous speed is `speed` (rad/s): `multiple` times U_r, placed by the mode's
+    shape.
 
     - A mode that bends to one side: at its largest deflection, W the rotor's mass. - One that bends to both
       sides between the bearings: at the largest deflection of either, half a turn apart, W the mass that each
-      one's nearer journal bears. - One that is largest at a rotor beyond a bearing: there, W the mass beyond the bearing; where
-      rotors beyond both bearings deflect by more than a fifth of it, at both, each to its own side.
+      one's nearer journal bears. - One that is largest at a rotor beyond a bearing: there, W the mass beyond
+      the bearing; where rotors beyond both bearings deflect by more than a fifth of it, at both, each to its
+      own side.
 
     `bearings`: the two journal bearings, names of supports or of their stations; by default the two supports
     there are. W by levers of the masses; amounts are numbers of this machine, no derivatives (give
@@ -254,8 +257,8 @@ def at_clearances(
     for name, pair in clearances.items():
         if not hasattr(machine[name], "clearance"):
             raise InputError(
-                f"clearances: `{name}` is a {type(machine[name]).__name__}, which has none: make a machine for "
-                "each clearance and give both"
+                f"clearances: `{name}` is a {type(machine[name]).__name__}, which has none: make a machine "
+                "for each clearance and give both"
             )
         if not isinstance(pair, (tuple, list)) or len(pair) != 2 or not pair[0] <= pair[1]:
             raise InputError(

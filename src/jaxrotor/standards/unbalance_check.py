@@ -19,7 +19,8 @@ from .finding import Assessment, Finding
 from .placed import Excited, Probe, Seen, excited, several, words_of
 from .unbalance_cases import probe_limit, scale_factor
 
-SOURCE = "API RP 684 SP6.8.2.11 and .12, as read in ross-report (analysis.py)"
+SOURCE = "API RP 684 SP6.8.2.11, as read in ross-report (analysis.py)"
+CLEARANCE = "API 617/684, 75 % of the diametral clearance (as commonly restated, text not seen)"
 _SPEED = number("rad/s", above=0.0)
 _LEAST = 0.02  # of the greatest speed, from which amplitudes at clearances count
 
@@ -55,18 +56,18 @@ def unbalance_response_check(
 ) -> Assessment:
     """What an applied unbalance makes of probes and clearances.
 
-    - `machines`: one, or a mapping name -> machine, such as one for the least and one for the greatest bearing
-      clearance (`at_clearances`); all are looked at. - `probes`: as for `resonances`. - `unbalance`: what
-      `unbalance_cases` found, or a mapping station -> kg·m.
+    - `machines`: one, or a mapping name -> machine, such as one for the least and one for the greatest
+      bearing clearance (`at_clearances`); all are looked at. - `probes`: as for `resonances`. - `unbalance`:
+      what `unbalance_cases` found, or a mapping station -> kg·m.
     - First: the largest amplitude that any probe reads between the running speeds `least` and `greatest`
       (rad/s), peak to peak, is at most `limit`, by default `probe_limit(greatest)`.
-    - Then: all amplitudes times `scale_factor` (`most` at most) take up at most `share` of the clearances up to
-      the speed `trip`, by default `greatest`. `clearances`: station -> diametral clearance, m; films of
+    - Then: all amplitudes times `scale_factor` (`most` at most) take up at most `share` of the clearances up
+      to the speed `trip`, by default `greatest`. `clearances`: station -> diametral clearance, m; films of
       journal bearings stand in it by themselves, with twice their radial clearance.
 
-    Amplitudes at clearances are those of the orbit's long half axis. Exact derivatives in both modes, where the
-    largest amplitude stays at the same speed and probe. `count`: peaks of each, needed under `jit`. Raises
-    `InputError` as `resonances` does, and for clearances that are none.
+    Amplitudes at clearances are those of the orbit's long half axis. Exact derivatives in both modes, where
+    the largest amplitude stays at the same speed and probe. `count`: peaks of each, needed under `jit`.
+    Raises `InputError` as `resonances` does, and for clearances that are none.
     """
     several_ = machines if isinstance(machines, Mapping) else {"": machines}
     if not several_ or not all(isinstance(m, Machine) for m in several_.values()):
@@ -110,7 +111,7 @@ def _against(
             jnp.asarray(share * gap),
             "at most",
             "m",
-            SOURCE,
+            CLEARANCE,
         )
 
 
