@@ -152,20 +152,15 @@ def stability_curve(chart: StabilityChart, ax: Given | None = None) -> Axes:
         f"{RPM * float(chart.speed):.5g} rpm",
     )
     panel.margins(y=0.18)
+    panel.set_xlim(0, 1.3 * x.max())
     legend(panel, loc="lower left")
     return panel
 
 
 def _note(panel: Axes, x: float, y: float, words: str) -> None:
-    right = x > 0.7 * panel.get_xlim()[1]
+    """Above to the right, where a falling curve leaves room."""
     panel.annotate(
-        words,
-        (x, y),
-        xytext=(-10 if right else 10, 8),
-        textcoords="offset points",
-        ha="right" if right else "left",
-        va="bottom",
-        fontsize=9,
+        words, (x, y), xytext=(10, 8), textcoords="offset points", va="bottom", fontsize=9
     )
 
 
