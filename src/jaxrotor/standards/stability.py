@@ -18,6 +18,7 @@ from ..core.parameter import is_concrete, known, numbers as numbers_of
 from ..core.quick import lightly_compiled, traced
 from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport
+from ..linear.condensing import condensed_below
 from ..linear.eigen import eigensystem
 from ..linear.linearise import LinearModel, check_linearized, linearize, oscillating
 from ..linear.modes import STRAIGHT, shares_of, whirl_of
@@ -25,6 +26,7 @@ from ..linear.supports import critical_speed_map
 from ..linear.threshold import root
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
+from ..simulation.condensing import may_condense
 from .curve import without_slopes
 from .finding import Assessment, Finding
 
@@ -34,6 +36,7 @@ LEVEL_2 = "API level 2, log decrement 0.1 as in ross-report (analysis.py), which
 BOUNDARY = ((0.0, 2.5), (16.53, 2.5), (60.0, 2.0), (60.0, 0.0))
 _DOUBLINGS, _SECANTS = 30, 25
 _POINTS = 21
+_REACH = 2.0  # times the speed
 _POSITIVE = number(above=0.0)
 
 
@@ -207,7 +210,10 @@ def stability_chart(
     machine.check()
     machine = _left_out(machine, without)
     speed = jnp.asarray(speed, float)
-    model = linearize(machine, speed, at)
+    given = (
+        (place,) if isinstance(place, str) else tuple(place) if isinstance(place, Mapping) else ()
+    )
+    model = linearize(_reduced(machine, speed, at, given), speed, at)
     stations, shares = _places(machine, model, place)
     nothing = jnp.asarray(jnp.nan)
     expected = nothing if anticipated is None else jnp.asarray(anticipated, float)
@@ -228,6 +234,16 @@ def stability_chart(
     return StabilityChart(
         where, curve, expected, there, limit, speed, density, ratio, edges, Assessment(tuple(found))
     )
+
+
+def _reduced(machine: Machine, speed: Array, at: Any, stations: Sequence[str]) -> Machine:
+    """A large machine with fewer stations, for the frequencies in which the lowest modes lie."""
+    fast = known(speed)
+    if fast is None or not may_condense(machine):
+        return machine
+    names = machine.wiring.stations
+    keep = tuple(sorted(names.index(s) for s in stations if s in names))
+    return condensed_below(machine, _REACH * abs(float(fast)), at, keep)
 
 
 def _left_out(machine: Machine, without: Any) -> Machine:
