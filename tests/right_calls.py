@@ -178,6 +178,82 @@ ANGLE = 2 * np.pi * 4 * T
 EYE = np.eye(2)
 
 
+def standards(machine):
+    """The functions of `jr.standards`."""
+    ranged = dict(machine=machine, unbalance={"main": 1e-5})
+    looks = dict(machine="machine", unbalance="object", count="count", points="count", at="at")
+    margin = dict(least=50.0, greatest=80.0)
+    margins = dict(least="positive", greatest="positive")
+    grade = dict(mass=10.0, speed=300.0)
+    grades = dict(mass="positive", speed="positive", grade="positive")
+    holes = dict(correction=1e-5, angles=[0.0, 1.0, 2.0, 4.0], radius=0.1)
+    impeller = dict(power=1e6, speed=1e3, diameter=0.5, height=0.02)
+    return {
+        "resonances": (
+            dict(ranged, probe="main.x", start=20.0, stop=90.0),
+            dict(looks, probe="object", start="positive", stop="positive", drop="positive"),
+        ),
+        "placed_response": (
+            dict(ranged, outputs="main.x", speeds=[30.0]),
+            dict(machine="machine", unbalance="object", speeds="numbers", at="at"),
+        ),
+        "amplification_factors": (dict(found=3), dict(found="object")),
+        "separation_margins": (
+            dict(ranged, probes="main.x", **margin),
+            dict(looks, probes="object", **margins, start="positive", stop="positive"),
+        ),
+        "unbalance_response_check": (
+            dict(machines=machine, probes="main.x", unbalance={"main": 1e-5}, **margin),
+            dict(machines="object", probes="object", unbalance="object", **margins, trip="positive"),
+        ),
+        "required_margins": (dict(factor=5.0), dict(most_below="positive", most_above="positive")),
+        "residual_unbalance_of_api": (grade, dict(mass="number", speed="positive", constant="positive")),
+        "probe_limit": (dict(speed=1e3), dict(speed="positive", most="positive", knee="positive")),
+        "scale_factor": (dict(limit=1.0, amplitude=1.0), dict(most="positive")),
+        "unbalance_cases": (
+            dict(machine=machine, speed=300.0), dict(machine="machine", speed="positive", count="count")
+        ),
+        "at_clearances": (
+            dict(machine=machine, clearances={"bearing": (1e-5, 2e-5)}),
+            dict(machine="machine", clearances="object"),
+        ),
+        "anticipated_cross_coupling": (
+            impeller, dict(speed="positive", diameter="positive", height="positive", constant="positive")
+        ),
+        "stability_chart": (
+            dict(machine=machine, place="main", speed=100.0),
+            dict(machine="machine", place="station", speed="number", cross_couplings="numbers", at="at"),
+        ),
+        "rigid_critical_speed": (
+            dict(machine=machine), dict(machine="machine", bearings="text", stiffness="positive")
+        ),
+        "level_two": (
+            dict(machine=machine, speed=100.0), dict(machine="machine", speed="number", at="at")
+        ),
+        "permissible_unbalance": (grade, grades),
+        "in_two_planes": (dict(unbalance=1.0, planes=[0.0, 1.0], centre=0.5), dict(planes="numbers")),
+        "residual_unbalance": (dict(grade, residual=1e-5), dict(grades, planes="numbers")),
+        "split_correction": (holes, dict(angles="numbers", radius="numbers")),
+        "fill_holes": (
+            dict(holes, masses=[1e-3]), dict(angles="numbers", masses="numbers", most="count")
+        ),
+        "shaft_zone_limits": (dict(speed=300.0), dict(speed="positive", constants="rising")),
+        "shaft_vibration": (
+            dict(amplitude=1e-5, speed=300.0), dict(speed="positive", accepted="choice")
+        ),
+        "housing_zone_limits": ({}, dict(group="choice", support="choice")),
+        "housing_vibration": (dict(velocity=1e-3), dict(group="choice", accepted="choice")),
+        "peak_sensitivity": (
+            dict(machine=machine, loop="bearing"),
+            dict(machine="machine", loop="text", speed="number", points="count"),
+        ),
+        "loop_sensitivity": (
+            dict(machine=machine, loop="bearing"),
+            dict(machine="machine", loop="text", speed="number", accepted="choice"),
+        ),
+    }  # fmt: skip
+
+
 def functions(machine, model, response, found, record):
     radial = {"peak": jr.objectives.PeakValue(jr.sensors.Radial("main"))}
     cases = {"main.mass": [5.9, 6.1]}
@@ -216,6 +292,7 @@ def functions(machine, model, response, found, record):
         data=record,
     )
     return {
+        **standards(machine),
         "simulate": (two, {**run, "solver": "solver", "step": "step", "rtol": "positive",
                            "atol": "positive", "adjoint": "object", "progress": "flag"}),
         "plan": (two, {**run, "tolerance": "positive", "order": "count"}),

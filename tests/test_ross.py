@@ -72,6 +72,18 @@ def test_unbalance_response(rotor, machine):
         np.testing.assert_allclose(mine[:, 2 * k : 2 * k + 2] / expected, 1.0, rtol=0, atol=1e-5)
 
 
+def test_log_decrement_of_level_two(rotor, machine):
+    """Of the lowest mode that does not whirl backward, with all seals: as its report of the standards takes
+    it."""
+    name, theirs = rotor
+    if name != "compressor_example":
+        pytest.skip("one with seals")
+    modal = theirs.run_modal(speed=500.0)
+    expected = modal.log_dec[modal.whirl_direction() != "Backward"][0]
+    (found,) = jr.standards.level_two(machine, 500.0, at="undeformed").findings
+    assert float(found.value) == pytest.approx(expected, rel=1e-5)
+
+
 def example(**options):
     """ROSS's own rotor_example with other options of one shaft element, disk or bearing."""
     steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)

@@ -34,6 +34,13 @@ from .quantities import over_time as over_time, spectrum as spectrum
 from .response import bode as bode, polar as polar
 from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars
 from .shapes import mode_shapes as mode_shapes
+from .standards import (
+    amplification_widths as amplification_widths,
+    placed_shape as placed_shape,
+    response_margins as response_margins,
+    screening_chart as screening_chart,
+    stability_curve as stability_curve,
+)
 from .sweep import (
     distributions as distributions,
     grid_lines as grid_lines,

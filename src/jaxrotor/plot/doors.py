@@ -28,6 +28,10 @@ from ..linear.supports import CriticalSpeedMap
 from ..machine.machine import Machine
 from ..optimization.optimum import Optimum
 from ..simulation.response import Response
+from ..standards.amplification import Resonances
+from ..standards.separation import SeparationCheck
+from ..standards.stability import StabilityChart
+from ..standards.unbalance_cases import UnbalanceCase
 from .design import search_history
 from .diagnose import cascade, full_spectrum, order_tracks, waterfall_map
 from .diagnosed import (
@@ -52,6 +56,13 @@ from .quantities import over_time, spectrum
 from .response import bode, polar
 from .sensitivity import scatter_matrix, sensitivity_bars
 from .shapes import mode_shapes, model_shapes
+from .standards import (
+    amplification_widths,
+    placed_shape,
+    response_margins,
+    screening_chart,
+    stability_curve,
+)
 from .style import closed_on_failure
 from .sweep import distributions, grid_lines, grid_map, grid_over, percentile_bands
 from .torsion import speed_differences, speed_spectrum, torques
@@ -83,6 +94,10 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
     Campbell: {"campbell": campbell_diagram, "stability": stability_map},
     FrequencyResponse: {"bode": bode, "polar": polar},
     CriticalSpeedMap: {"map": support_map},
+    Resonances: {"widths": amplification_widths},
+    SeparationCheck: {"margins": response_margins},
+    StabilityChart: {"curve": stability_curve, "screening": screening_chart},
+    UnbalanceCase: {"shape": placed_shape},
     Orbit: {"orbit": orbits},
     Centreline: {"centreline": centreline},
     PoincareSection: {"section": poincare},

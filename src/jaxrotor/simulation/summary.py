@@ -12,7 +12,7 @@ from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
 from ..core.parameter import is_concrete
 from ..core.protocol import AbstractAttachment, AbstractInertia, Acting, Carried, Linear, Massive
-from ..core.quick import lightly_compiled
+from ..core.quick import lightly_compiled, quickly_compiled
 from ..core.readable import amount
 from ..machine.axial import axial_positions, port_offset
 from ..machine.field import evaluate
@@ -135,20 +135,8 @@ def summarize(machine: Machine) -> MachineSummary:
 def _at_rest(machine: Machine) -> tuple[dict[str, Array], Array, dict[str, Array]]:
     """Mass matrices by name of all parts (stations, 6x6), what equilibrium leaves, forces of the ground."""
     system = assemble(machine)
-    lineup, layout = line_up(machine), system.layout
-    wiring = lineup.wiring
-    names, inertias = iter(wiring.stations), {}
-    rest = jnp.zeros(6)
-    for block in lineup.stations:
-        own = [next(names) for _ in range(len(block))]
-        if isinstance(block.element, (AbstractInertia, Carried)):
-            hessian = _each(block, lambda e: jax.hessian(lambda v: e.kinetic_energy(rest, v))(rest))
-            inertias |= dict(zip(own, hessian))
-    names = iter(wiring.connectors)
-    for block in lineup.connectors:
-        own = [next(names) for _ in range(len(block))]
-        if isinstance(block.element, Massive):
-            inertias |= dict(zip(own, _each(block, lambda e: e.mass_matrix())))
+    layout = system.layout
+    inertias = _inertias(machine)
     zero = jnp.zeros(())
     reference = (system.reference(zero)[0], zero, zero)
     y, left = resting(system, reference)
@@ -166,6 +154,33 @@ def _at_rest(machine: Machine) -> tuple[dict[str, Array], Array, dict[str, Array
     for i, name in enumerate(machine.wiring.stations[: len(machine.stations)]):
         forces[f"{name} (held)"] = reaction[i]
     return inertias, left, forces
+
+
+def _inertias(machine: Machine) -> dict[str, Array]:
+    """Mass matrices by name of all parts (stations, 6x6)."""
+    lineup = line_up(machine)
+    wiring = lineup.wiring
+    names, inertias = iter(wiring.stations), {}
+    rest = jnp.zeros(6)
+    for block in lineup.stations:
+        own = [next(names) for _ in range(len(block))]
+        if isinstance(block.element, (AbstractInertia, Carried)):
+            hessian = _each(block, lambda e: jax.hessian(lambda v: e.kinetic_energy(rest, v))(rest))
+            inertias |= dict(zip(own, hessian))
+    names = iter(wiring.connectors)
+    for block in lineup.connectors:
+        own = [next(names) for _ in range(len(block))]
+        if isinstance(block.element, Massive):
+            inertias |= dict(zip(own, _each(block, lambda e: e.mass_matrix())))
+    return inertias
+
+
+_inertias_alone = quickly_compiled(_inertias)
+
+
+def parts_with_mass(machine: Machine) -> tuple[PartSummary, ...]:
+    """The parts alone of `summarize`: no equilibrium is looked for."""
+    return _parts(machine, jax.tree.map(np.asarray, _inertias_alone(machine)))
 
 
 def _each(block, function) -> list[Array]:
