@@ -13,6 +13,7 @@ lines. What one probe cannot tell is not asked: both discs carry the same unbala
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 import jax
@@ -26,9 +27,13 @@ matplotlib.use("Agg")
 import numpy as np
 from rk4_rig import DATA
 
+sys.path.append(str(Path(__file__).parents[1] / "configs"))  # where its study, rk4_rig.toml, finds the law
+
+from microslip import Microslip
+
 import jaxrotor as jr
 from jaxrotor.commands.output import save_figure
-from jaxrotor.elements import AbstractLaw, KelvinVoigt, Parallel
+from jaxrotor.elements import KelvinVoigt, Parallel
 from jaxrotor.plot.style import COLOURS, GREY, figure, label
 from jaxrotor.sensors import Noise, ProximityProbe, TrackingFilter
 
@@ -39,23 +44,6 @@ LEAD = 0.4  # s that the run begins before the record, for its start to die away
 STEP = 5e-5  # s: light journals on stiff joints
 LAST = 2105.0  # rpm: up to here every revolution is in the record
 RPM = np.pi / 30
-
-
-class Microslip(AbstractLaw):
-    """A joint that slips the more the further it moves: (k x + c v)/(1 + (x/reach)²)."""
-
-    stiffness: jax.Array = jr.parameter("N*m/rad", positive=True)
-    damping: jax.Array = jr.parameter("N*m*s/rad", nonnegative=True)
-    reach: jax.Array = jr.parameter("rad", positive=True)
-
-    def force(self, t, x, v, state):
-        return (self.stiffness * x + self.damping * v) / (1 + (x / self.reach) ** 2)
-
-    def energy(self, t, x, state):
-        return 0.5 * self.stiffness * self.reach**2 * jnp.log1p((x / self.reach) ** 2)
-
-    def power_lost(self, t, x, v, state):
-        return self.damping * v**2 / (1 + (x / self.reach) ** 2)
 
 
 def measured() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

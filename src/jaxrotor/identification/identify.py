@@ -109,10 +109,11 @@ def identify(
     best: Fit | None = None
     with bar:
         for i, stage in enumerate(searches):
+            kind = type(stage.domain).__name__.lower()
+            words = kind if len(searches) == 1 else f"stage {i + 1} of {len(searches)}, {kind}"
             try:
-                posed, fits = _search(
-                    pose(bench, space, trials, stage.domain, shaft, loss), places, stage, bar
-                )
+                posed = pose(bench, space, trials, stage.domain, shaft, loss)
+                posed, fits = _search(posed, places, stage, bar, words)
             except KeyboardInterrupt:
                 if best is None:  # nothing has been found yet
                     raise
@@ -120,14 +121,15 @@ def identify(
                 break
             problem, best = posed, fits[-1]
             places = best.u[None]
-            name = f"{i + 1}: {type(stage.domain).__name__.lower()}"
+            name = f"{i + 1}: {kind}"
             for k, fit in enumerate(fits):
                 again = ("", ", weighed by its residuals")[k] if k < 2 else f", repeated {k} times"
                 histories[name + again] = fit.costs
             if best.interrupted:
                 break
-    assert problem is not None and best is not None
-    return _told(problem, best, histories, searches[-1])
+        assert problem is not None and best is not None
+        bar.set_description_str("intervals")
+        return _told(problem, best, histories, searches[-1])
 
 
 class Asked(NamedTuple):
@@ -170,11 +172,17 @@ def asked(
     return Asked(bench, space, searches, jnp.stack(places), trials)
 
 
-def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
+def _best(problem: Problem, places, stage: Stage, bar, words: str) -> Fit:
+    """`words`: what the bar is told to be at; it counts to this search's end, however early that comes."""
+    bar.set_description_str(words)
+    end = bar.n + stage.iterations
+    bar.total = max(bar.total, end)
     if stage.optimiser is None:
         fits = search(problem, places, stage.iterations, bar)
     else:
         fits = descend(in_reverse(problem), places, stage.optimiser, stage.iterations, bar)
+    if not any(fit.interrupted for fit in fits):
+        bar.update(end - bar.n)
     best = min(fits, key=lambda fit: np.inf if np.isnan(fit.costs[-1]) else fit.costs[-1])
     if not np.isfinite(best.costs[-1]):
         raise ConvergenceError(
@@ -183,13 +191,13 @@ def _best(problem: Problem, places, stage: Stage, bar) -> Fit:
     return best
 
 
-def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[Fit]]:
+def _search(problem: Problem, places, stage: Stage, bar, words: str) -> tuple[Problem, list[Fit]]:
     """Searches, and where noise was not given weighs the channels by their residuals and searches again."""
     robust = LOSSES[int(problem.loss)] != "squares"
     given = noise_given(problem)
     # from afar a loss that forgets large residuals would rest anywhere
     nearing = with_loss(problem, "huber") if robust else problem
-    fits = [_best(nearing, places, stage, bar)]
+    fits = [_best(nearing, places, stage, bar, words)]
     try:
         if not all(given) and (robust or len(given) > 1):
             for _ in range(_AGAIN if robust else 1):
@@ -198,11 +206,12 @@ def _search(problem: Problem, places, stage: Stage, bar) -> tuple[Problem, list[
                 again = weighed_by_residuals(nearing, fits[-1].u, given)
                 if again is None:
                     break
-                fits.append(_best(again, fits[-1].u[None], stage, bar))
+                weighed = f"{words}, weighed by its residuals"
+                fits.append(_best(again, fits[-1].u[None], stage, bar, weighed))
                 nearing = again
         if int(nearing.loss) != int(problem.loss) and not fits[-1].interrupted:
             again = with_loss(nearing, LOSSES[int(problem.loss)])
-            fits.append(_best(again, fits[-1].u[None], stage, bar))
+            fits.append(_best(again, fits[-1].u[None], stage, bar, f"{words}, by its loss"))
             nearing = again
     except KeyboardInterrupt:
         fits[-1] = fits[-1]._replace(interrupted=True)

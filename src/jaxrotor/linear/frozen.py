@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
-from ..core.quick import quickly_compiled, traced
+from ..core.quick import traced
 from ..machine.machine import Machine
 from .linearise import LinearModel, linearize, linearize_checked, models_at
 from .modes import shares_of, whirl_form, whirl_of
@@ -110,15 +110,21 @@ def frozen_at(model: LinearModel) -> Matrices:
 
 def solved(rest: Matrices, order: Any) -> Frozen:
     """Whirl at `order` times the speed; with NumPy's arrays, where no derivative is asked."""
-    found = _solved(*jax.tree.map(jnp.asarray, (rest, order)))
-    return found if traced(rest, order) else jax.tree.map(np.asarray, found)
+    if traced(rest, order):
+        return _solved(jax.tree.map(jnp.asarray, rest), jnp.asarray(order), jnp)
+    rest = jax.tree.map(np.asarray, rest)
+    if not all(np.isfinite(x).all() for x in (rest.M, rest.G, rest.K)):
+        none, n = np.array(0), len(rest.M)
+        nothing = np.full(n, np.inf), np.full((n, n), np.nan + 0j)
+        return Frozen(*nothing, rest.M, rest.sense, rest.varies, none, none, rest.coordinates)
+    with np.errstate(all="ignore"):  # what has no bound stays as it is
+        return _solved(rest, np.asarray(order), np)
 
 
-@quickly_compiled
-def _solved(rest: Matrices, order: Array) -> Frozen:
+def _solved(rest: Matrices, order: Any, xp: Any) -> Frozen:
     squares, found = whirling(rest.M, rest.G / order, rest.K, _marks(rest.coordinates, rest.sense))
-    there = jnp.isfinite(squares)
-    speeds = jnp.where(there, jnp.sqrt(jnp.where(there, squares, 1.0)) / order, jnp.inf)
+    there = xp.isfinite(squares)
+    speeds = xp.where(there, xp.sqrt(xp.where(there, squares, 1.0)) / order, xp.inf)
     return Frozen(
         speeds,
         found.shapes,
@@ -162,11 +168,11 @@ def _gyroscopic(models: LinearModel, xp: Any) -> tuple[Float[Array, "n n"], Bool
     return per_speed, xp.any(changed)
 
 
-def _marks(labels: tuple[tuple[str, str], ...], sense: Array) -> tuple[Array, Array]:
+def _marks(labels: tuple[tuple[str, str], ...], sense: Any) -> tuple[Any, Any]:
     """What differs between axial, torsional, forward and backward motion (see `whirling`)."""
     kinds = np.array([{"z": 3.0, "phi": -3.0}.get(c, 0.0) for _, c in labels])
     form = whirl_form(labels, np.ones(len(labels)), np.ones(len(labels)))
-    return jnp.asarray(kinds), jnp.asarray(form) * sense[:, None]
+    return kinds, form * sense[:, None]
 
 
 def shares_and_whirl(frozen: Frozen) -> tuple[dict[str, Any], Any]:

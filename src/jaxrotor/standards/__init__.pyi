@@ -30,6 +30,7 @@ from .torsional_life import (
     Met as Met,
     torque_at_meeting as torque_at_meeting,
     torsional_life as torsional_life,
+)
 from .placed import PlacedUnbalance as PlacedUnbalance, placed_response as placed_response
 from .sensitivity_zones import (
     PeakSensitivity as PeakSensitivity,
