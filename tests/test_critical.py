@@ -268,3 +268,32 @@ def test_campbell_at_negative_speeds_and_names_of_nearly_straight_whirl():
     assert [m.name for m in jr.modes(jr.linearize(machine, -400.0, "undeformed"))] == list(
         back.names
     )
+
+
+def test_stiffness_of_one_speed():
+    """A disc on a support whose stiffness grows with the speed: with the stiffness at 150 rad/s it is a plain
+    oscillator, sqrt(k(150)/m); the search over speed finds where sqrt(k(w)/m) is w itself."""
+    speeds, k = np.array([0.0, 200.0]), np.array([1e4, 5e4])
+    table = np.zeros((2, 6))
+    table[:, :2] = k[:, None]
+    support = jr.SpeedDependentSupport(speeds, table, np.zeros((2, 6)))
+    machine = jr.Machine(
+        {"disc": jr.Rotor(2.0, 0.02, 0.012), "support": support},
+        {"support": "disc"},
+        fixed={"disc": ["z", "psi", "theta"]},
+        prescribed={"disc": {"phi": jr.ConstantSpeed(100.0)}},
+    )
+    found = jr.critical_speeds(machine, stiffness_at=150.0)
+    np.testing.assert_allclose(found, np.sqrt(4e4 / 2.0), rtol=1e-9)
+    modes = jr.critical_modes(machine, stiffness_at=150.0, count=1)
+    np.testing.assert_allclose(modes[0].frequency, np.sqrt(2e4), rtol=1e-9)
+    b = 4e4 / 200.0 / 2.0  # w² = 5000 + b w
+    whole = jr.critical_speeds(machine, speeds=(1.0, 190.0))
+    np.testing.assert_allclose(whole, 0.5 * (b + np.sqrt(b**2 + 4 * 5e3)), rtol=1e-6)
+    slope = jax.grad(
+        lambda m: jr.critical_speeds(m, stiffness_at=150.0, count=1)[0], allow_int=True
+    )
+    by_mass = float(slope(machine)["disc"].mass)
+    np.testing.assert_allclose(by_mass, -0.5 * np.sqrt(2e4) / 2.0, rtol=1e-8)
+    with pytest.raises(jr.InputError, match="take one of both out"):
+        jr.critical_speeds(machine, damped=True, stiffness_at=150.0)

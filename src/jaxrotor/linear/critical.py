@@ -56,7 +56,7 @@ class _Found(NamedTuple):
     shapes: Complex[Array, "n m"]
 
 
-@takes(order=positive(), count=whole(1), speeds=_RANGE)
+@takes(order=positive(), count=whole(1), speeds=_RANGE, stiffness_at=positive("rad/s"))
 def critical_speeds(
     machine: Machine,
     order: float = 1.0,
@@ -65,6 +65,7 @@ def critical_speeds(
     count: int | None = None,
     speeds: tuple[float, float] | None = None,
     whirl: Whirl | None = None,
+    stiffness_at: float | None = None,
 ) -> Float[Array, " m"]:
     """Speeds (rad/s, rising) at which a mode's frequency is `order` times the speed.
 
@@ -77,6 +78,8 @@ def critical_speeds(
     Large machines are reduced for a range or a count (see `Machine.reduced`), which raises frequencies by
     1e-8 at most; `machine.full()` is not.
 
+    - `stiffness_at`: rad/s; where stiffness depends on the speed that of this one is taken throughout: one
+      eigenvalue problem in place of a search, as for bearings of a given stiffness. Not with `damped`.
     - `speeds`: (low, high), rad/s, the range of those asked for. - `whirl`: lateral modes of this sense
       alone, "forward" (with the spin: what unbalance excites) or "backward". - `count`: only the lowest so
       many of these (needed under `jit`, where what there is not is inf).
@@ -87,10 +90,12 @@ def critical_speeds(
 
     Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
     """
-    return _critical(machine, order, damped, at, count, speeds, whirl)[1].speeds
+    if damped and stiffness_at is not None:
+        raise InputError("stiffness_at goes with undamped critical speeds: take one of both out")
+    return _critical(machine, order, damped, at, count, speeds, whirl, stiffness_at)[1].speeds
 
 
-@takes(order=positive(), count=whole(1), speeds=_RANGE)
+@takes(order=positive(), count=whole(1), speeds=_RANGE, stiffness_at=positive("rad/s"))
 def critical_modes(
     machine: Machine,
     order: float = 1.0,
@@ -98,6 +103,7 @@ def critical_modes(
     count: int | None = None,
     speeds: tuple[float, float] | None = None,
     whirl: Whirl | None = None,
+    stiffness_at: float | None = None,
 ) -> list[Mode]:
     """What whirls, twists or shuttles at each of the undamped `critical_speeds`, in their order: a mode's
     `frequency` is `order` times the speed. Unbalance excites forward whirl; a backward one by unequal
@@ -105,7 +111,7 @@ def critical_modes(
     gyroscopic effect), each is told once. Not for use under `jit`. Raises `InputError` for wrong
     arguments, and where rounding hides critical speeds (stiffnesses and masses far apart).
     """
-    of, found = _critical(machine, order, False, at, count, speeds, whirl)
+    of, found = _critical(machine, order, False, at, count, speeds, whirl, stiffness_at)
     turning = models_at(of, at)(PROBES[-1])
     modes = named(turning, 1j * order * np.asarray(found.speeds), np.asarray(found.shapes))
     if of is machine:
@@ -113,13 +119,19 @@ def critical_modes(
     return [mode._replace(shape=at_coordinates(machine, of, mode.shape)) for mode in modes]
 
 
-def _critical(machine, order, damped, at, count, speeds, whirl) -> tuple[Machine, _Found]:
+def _critical(
+    machine, order, damped, at, count, speeds, whirl, stiffness_at
+) -> tuple[Machine, _Found]:
     """And the machine that was looked at: a reduced one where it is large and few or low ones are asked
     for."""
     check_linearized(at)
     machine.check()
     low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
     asked = order, damped, at, low, high, count, whirl
+    if stiffness_at is not None:
+        there = at_speed(machine, jnp.asarray(stiffness_at, float), jnp.asarray(float(order)), at)
+        there = eqx.tree_at(lambda f: f.varies, there, there.varies & False)
+        return machine, _constant(machine, there, low, high, whirl, count)
     if count is None and high == np.inf:
         return machine, _found(machine, *asked)
 

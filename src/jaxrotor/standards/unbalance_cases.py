@@ -113,7 +113,7 @@ def unbalance_cases(
 ) -> tuple[UnbalanceCase, ...]:
     """What to apply for the `count` lowest undamped forward critical speeds (below three times `speed`), for
     a machine whose greatest continuous speed is `speed` (rad/s): `multiple` times U_r, placed by the mode's
-    shape.
+    shape, with the stiffness of its supports at that speed.
 
     - A mode that bends to one side: at its largest deflection, W the rotor's mass. - One that bends to both
       sides between the bearings: at the largest deflection of either, half a turn apart, W the mass that each
@@ -139,8 +139,9 @@ def unbalance_cases(
     rotors = np.array([isinstance(_part_at(machine, s), (Rotor, RigidBody)) for s in stations])
     found = []
     z = np.array([places[s] for s in stations])
-    # a range, for which a large machine is reduced once
-    modes = critical_modes(machine, count=count, speeds=(0.0, _FAR * speed), whirl="forward")
+    modes = critical_modes(
+        machine, count=count, speeds=(0.0, _FAR * speed), whirl="forward", stiffness_at=speed
+    )
     for mode in modes:
         shape = _deflections(machine, mode)
         kind, where = _placed(shape, z, low, high, rotors)
