@@ -114,9 +114,11 @@ def solved(rest: Matrices, order: Any) -> Frozen:
         return _solved(jax.tree.map(jnp.asarray, rest), jnp.asarray(order), jnp)
     rest = jax.tree.map(np.asarray, rest)
     if not all(np.isfinite(x).all() for x in (rest.M, rest.G, rest.K)):
-        none, n = np.array(0), len(rest.M)
-        nothing = np.full(n, np.inf), np.full((n, n), np.nan + 0j)
-        return Frozen(*nothing, rest.M, rest.sense, rest.varies, none, none, rest.coordinates)
+        n = len(rest.M)
+        none: Any = np.full(n, np.inf), np.full((n, n), np.nan + 0j), np.array(0)
+        speeds, shapes, count = none
+        held = rest.M, rest.sense, rest.varies
+        return Frozen(speeds, shapes, *held, count, count, rest.coordinates)
     with np.errstate(all="ignore"):  # what has no bound stays as it is
         return _solved(rest, np.asarray(order), np)
 
