@@ -7,9 +7,9 @@ the more the further it moves, and damps less then, as clamped joints do. The tr
 turn, as the record's; the speed is the record's own, smoothed. `Microslip` is a law of one's own, in fifteen
 lines. What one probe cannot tell is not asked: both discs carry the same unbalance, both supports are alike.
 
-    python experiments/rk4_runup.py [--out results/rk4_runup] [--spans]
+    python experiments/rk4_runup.py [--out results/rk4_runup]
 
-`--spans` asks for each span in turn how well the record can be met: the source gives 480 and 560 mm.
+Each step of the search costs some fourteen runs of five seconds: a quarter of an hour in all.
 """
 
 import argparse
@@ -27,7 +27,9 @@ matplotlib.use("Agg")
 import numpy as np
 from rk4_rig import DATA
 
-sys.path.append(str(Path(__file__).parents[1] / "configs"))  # where its study, rk4_rig.toml, finds the law
+sys.path.append(
+    str(Path(__file__).parents[1] / "configs")
+)  # where its study, rk4_rig.toml, finds the law
 
 from microslip import Microslip
 
