@@ -63,7 +63,9 @@ def slopes_of(
         whole = np.asarray(internal_order(order, len(there.y)), int)
         left, right, force = (np.asarray(x, complex) for x in form[1:])
         left, right = (_put(x, whole) for x in (left, right))
-        rows = [jnp.asarray(g(x)) for x in (left, right, _put(force, order)) for g in (np.real, np.imag)]
+        rows = [
+            jnp.asarray(g(x)) for x in (left, right, _put(force, order)) for g in (np.real, np.imag)
+        ]
         found.append(_swept(machine, jax.tree.map(jnp.asarray, there), rows))
         step(k + 1)
     return found
@@ -84,9 +86,7 @@ def _looked_at(prepared: Prepared, speed: float, at: Any) -> _There:
         by_force = np.zeros_like(by_force)
     elif at == "equilibrium":
         settling[:, np.r_[:n, 2 * n : d]] = _settling(prepared, found, n, d)
-    return _There(
-        np.float64(speed), there.y, there.held, by_force, found.A[n : 2 * n], settling
-    )  # pyright: ignore[reportArgumentType]
+    return _There(np.float64(speed), there.y, there.held, by_force, found.A[n : 2 * n], settling)  # pyright: ignore[reportArgumentType]
 
 
 def _settling(prepared: Prepared, found: Any, n: int, d: int) -> np.ndarray:
