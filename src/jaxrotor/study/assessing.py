@@ -36,10 +36,12 @@ from .torsional_checks import excitations_of, lives
 
 @dataclass(frozen=True)
 class Item:
-    """A finding, and what moves its `room` (its value, where there is no limit)."""
+    """A finding, and what moves its `room` (its value, where there is no limit). `decides`: whether the
+    machine is rejected where it is not met; level 1 asks for level 2 instead, where that is looked at."""
 
     finding: Finding
     moves: Moves = ()
+    decides: bool = True
 
 
 @dataclass
@@ -226,7 +228,7 @@ def _stability(
             moves = scaled(moves, -1 / by / wanted.anticipated) if by else ()
         elif moving and "decrement" in finding.check:
             moves, _ = of_decrement(first, speed, at, wanted.anticipated, shares)
-        yield Item(finding, moves)
+        yield Item(finding, moves, decides=not wanted.level_two)
     if wanted.level_two:
         (finding,) = level_two(
             machine, speed, least_decrement=wanted.least_decrement, at=at
