@@ -145,7 +145,7 @@ def text_of(rows: list[Row]) -> str:
     lines = table(rows)
     plain = table_of([line[:5] for line in lines]).splitlines()
     out = plain[:2]
-    for row, words, line in zip(rows, lines[1:], plain[2:]):
+    for words, line in zip(lines[1:], plain[2:]):
         out.append(line)
         if len(words) > 6 and words[6] != "-":
             out.append(f"    by +1 % of {words[6]}")

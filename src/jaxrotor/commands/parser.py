@@ -55,8 +55,8 @@ what `run` writes:
   summary.json   peaks, the speeds at which they occur, settings, versions, timings
   *.png          the figures
 
-exit status: 0 done; 4 `assess` and `report` found a limit that is not met; 2 the study or the command is wrong, nothing was run; 3 the simulation failed
-(what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
+exit status: 0 done; 4 a limit is not met (`assess`, `report`); 2 the study or the command is wrong,
+nothing was run; 3 the simulation failed (what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
 --time-limit: `run` keeps the samples, `identify` and `optimize` what they had found so far, `sweep` what it
 had run (see --resume).
 """
@@ -211,7 +211,8 @@ docs/standards.md says where each rule was read.
 """
 
 
-_REPORT = """Assesses as `jaxrotor assess` does, and lays it out in the order of the field: static deflection and bearing
+_REPORT = """\
+Assesses as `jaxrotor assess` does, and lays it out in the order of the field: static deflection and bearing
 loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins, orbits,
 stability of levels 1 and 2, torsion, summary.
 

@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 _STYLE = """
 body { font: 10.5pt/1.45 Georgia, serif; max-width: 190mm; margin: 12mm auto; color: #111; padding: 0 4mm }
-h1 { font-size: 19pt; margin: 0 0 2mm } h2 { font-size: 13.5pt; margin: 9mm 0 2mm; border-bottom: 1px solid #888 }
+h1 { font-size: 19pt; margin: 0 0 2mm }
+h2 { font-size: 13.5pt; margin: 9mm 0 2mm; border-bottom: 1px solid #888 }
 p { margin: 2mm 0 } .made { color: #555; font-size: 9pt }
 figure { margin: 4mm 0; break-inside: avoid } figure img { max-width: 100%; display: block; margin: 0 auto }
 figcaption, caption { color: #444; font-size: 9pt; text-align: left; margin-top: 1mm; caption-side: top }
 table { border-collapse: collapse; width: 100%; font: 8.5pt/1.35 Arial, sans-serif; margin: 3mm 0 }
-th { text-align: left; border-bottom: 1.5px solid #333 } th, td { padding: 1mm 2mm 1mm 0; vertical-align: top }
+th { text-align: left; border-bottom: 1.5px solid #333 }
+th, td { padding: 1mm 2mm 1mm 0; vertical-align: top }
 td { border-bottom: 1px solid #ddd } tr { break-inside: avoid } thead { display: table-header-group }
 td.bad { color: #a3170d; font-weight: bold } td.good { color: #1d6b22 }
 @page { size: A4; margin: 16mm 14mm } @media print { body { margin: 0; max-width: none; padding: 0 } }

@@ -44,7 +44,7 @@ def scaled(moves: Moves, by: float) -> Moves:
 
 
 class Whirl:
-    """A machine under placed unbalance, with all its stations. `speeds`: some, among which it is looked at."""
+    """A machine under placed unbalance, with all its stations. It is looked at among `speeds`, rad/s."""
 
     def __init__(
         self, machine: Machine, unbalance: Any, probes: Sequence[Probe], speeds: Any, at: Any

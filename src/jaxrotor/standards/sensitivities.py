@@ -33,8 +33,7 @@ def derivatives(
     for (_, at), (machine, held) in groups.items():
         forms = [form for form in held if isinstance(form, Form)]
         direct = [form for form in held if not isinstance(form, Form)]
-        begun = done
-        slopes = slopes_of(machine.full(), forms, at, lambda k: step(begun + k, total))
+        slopes = slopes_of(machine.full(), forms, at, lambda k, begun=done: step(begun + k, total))
         slopes += _directly(machine, direct)
         done += len(held)
         step(done, total)

@@ -96,7 +96,7 @@ def _lateral(out: Assessed, machine: Machine, asked: Standards, moving: bool) ->
         out.cases = unbalance_cases(machine, greatest, asked.bearings, asked.modes)
         if not out.cases:
             raise InputError(
-                "`standards`: no critical speed below three times the greatest speed, by whose shape to place "
+                "`standards`: no critical speed below three times the greatest, by whose shape to place "
                 'unbalance: write unbalance = { station = "100 g*mm" }'
             )
         out.unbalances = {f"for {case.name}": case.unbalance for case in out.cases}

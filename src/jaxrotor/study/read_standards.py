@@ -44,12 +44,12 @@ def read_standards(table: Any, machine: Machine) -> Standards:
     clearances = { left = "0.3 mm" }      # diametral, at stations; films have their own
     films = { b1 = ["0.1 mm", "0.14 mm"] } # least and greatest radial clearance: both machines are looked at
     state = "undeformed"                  # linear about it; left out: "equilibrium"
-    limits = { most_below = 16, most_above = 26, least_factor = 2.5, probe = "25.4 um", share = 0.75, scale = 6 }
+    limits = { most_below = 16, most_above = 26, least_factor = 2.5, probe = "25.4 um", share = 0.75 }  # scale
 
     [standards.stability]
-    stations = "disc"                     # of the cross coupling, or { a = 0.6, b = 0.4 }; left out: the wheels'
+    stations = "disc"                     # of the cross coupling, or { a = 0.6, b = 0.4 }; left out: wheels'
     cross_coupling = "1e5 N/m"            # Q_A; or wheels:
-    wheels = [{ station = "disc", power = "1 MW", diameter = "500 mm", height = "20 mm", density_ratio = 1.5 }]
+    wheels = [{ station = "disc", power = "1 MW", diameter = "0.5 m", height = "20 mm", density_ratio = 1.5 }]
     density = "20 kg/m^3"                 # mean of the gas; left out: no screening by it
     without = ["seal 1"]                  # left out at level 1
     level_two = true
