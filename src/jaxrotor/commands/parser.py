@@ -56,9 +56,9 @@ what `run` writes:
   *.png          the figures
 
 exit status: 0 done; 4 a limit is not met (`assess`, `report`); 2 the study or the command is wrong,
-nothing was run; 3 the simulation failed (what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
---time-limit: `run` keeps the samples, `identify` and `optimize` what they had found so far, `sweep` what it
-had run (see --resume).
+nothing was run; 3 the simulation failed (what was computed before is kept), or a search found no end; 130
+stopped by Ctrl-C, SIGTERM or --time-limit: `run` keeps the samples, `identify` and `optimize` what they had
+found so far, `sweep` what it had run (see --resume).
 """
 
 _OPTIMIZE = """\

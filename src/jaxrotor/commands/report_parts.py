@@ -37,9 +37,12 @@ def static(study: Study) -> list[Any]:
         for n in told.reactions
         if n in machine.connections()
     ]
+    sizes = {name: np.hypot(*force[:2]) for name, force in told.reactions.items()}
+    least = 1e-6 * max(sizes.values(), default=0.0)  # what is less is rounding
     rows = [
-        (name, *(f"{x:.5g}" for x in force[:2]), f"{float(np.hypot(*force[:2])):.5g}")
+        (name, *(f"{x if abs(x) > least else 0.0:.5g}" for x in (*force[:2], sizes[name])))
         for name, force in told.reactions.items()
+        if sizes[name] > least
     ]
     return [
         Figure("Static deflection", lambda: static_deflection(z, moved, supports)),

@@ -20,10 +20,17 @@ from .amplification import Resonances
 from .placed import Excited, Probe, Seen, excited
 from .stability import lowest_forward
 
-# Of the gap to a peak's nearer flank: for slopes by differences of numbers, and of forms.
-_STEP = 1e-3
+# Of the gap to a peak's nearer flank: for slopes by differences of numbers, and of forms, which are exact.
+_STEP, _FINE = 2e-3, 1e-4
 # Eigenvalues so near to each other are one.
 _ONE = 1e-6
+
+
+class Sizes(NamedTuple):
+    """A number that masses and lengths alone decide, as `function` of the machine tells it, which cannot be
+    traced."""
+
+    function: Callable[[Machine], float]
 
 
 class Term(NamedTuple):
@@ -32,7 +39,7 @@ class Term(NamedTuple):
     weight: float
     machine: Machine
     at: Any
-    form: Form | Callable[[Machine], Array]
+    form: Form | Sizes | Callable[[Machine], Array]
 
 
 Moves = tuple[Term, ...]
@@ -96,13 +103,12 @@ class Whirl:
         """Of "speed", "low", "high" of a peak, rad/s."""
         w, low, high = (float(x[k]) for x in (found.speeds, found.low, found.high))
         gaps = [abs(w - x) for x in (low, high) if np.isfinite(x)]
-        h = _STEP * min(gaps, default=1e-2 * w)
+        gap = min(gaps, default=1e-2 * w)
+        h, e = _FINE * gap, _STEP * gap
 
         def level(x: float) -> float:
             return self.level(x, seen)
 
-        # a wider stencil for the curvature, whose rounding grows with the square of the step
-        e = 10 * h
         a, b, c, d, m = (level(w + j * e) for j in (-2, -1, 1, 2, 0))
         bend = (-a + 16 * b - 30 * m + 16 * c - d) / (12 * e**2)
         ahead, behind = self.of_level(w + h, seen), self.of_level(w - h, seen)
@@ -111,8 +117,8 @@ class Whirl:
         out = {"speed": place, "low": (), "high": ()}
         for name, x in (("low", low), ("high", high)):
             if np.isfinite(x):
-                a, b, c, d = (level(x + j * h) for j in (-2, -1, 1, 2))
-                slope = (a - 8 * b + 8 * c - d) / (12 * h)
+                a, b, c, d = (level(x + j * e) for j in (-2, -1, 1, 2))
+                slope = (a - 8 * b + 8 * c - d) / (12 * e)
                 out[name] = scaled(top, 1 / slope) + scaled(self.of_level(x, seen), -1 / slope)
         return out
 

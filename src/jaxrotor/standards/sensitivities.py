@@ -11,10 +11,11 @@ import numpy as np
 from ..core.quick import quickly_compiled
 from ..linear.slopes import Form, slopes_of
 from ..machine.machine import Machine
-from .moves import Moves
+from .moves import Moves, Sizes
 
 # Of so many entries each is a parameter by itself; a longer list (a table over speed) is one as a whole.
 _FEW = 6
+_PART = 1e-4
 
 
 def derivatives(
@@ -32,7 +33,7 @@ def derivatives(
     done = 0
     for (_, at), (machine, held) in groups.items():
         forms = [form for form in held if isinstance(form, Form)]
-        direct = [form for form in held if not isinstance(form, Form)]
+        direct = [form for form in held if not isinstance(form, (Form, Sizes))]
         slopes = slopes_of(machine.full(), forms, at, lambda k, begun=done: step(begun + k, total))
         slopes += _directly(machine, direct)
         done += len(held)
@@ -40,6 +41,9 @@ def derivatives(
         for form, slope in zip(forms + direct, slopes):
             values = slope.parameters()
             found[id(form)] = {p: np.asarray(v) for p, v in values.items() if v is not None}
+        for form in held:
+            if isinstance(form, Sizes):
+                found[id(form)] = _by_differences(machine, form)
     out = []
     for one in moves:
         summed: dict[str, np.ndarray] = {}
@@ -65,11 +69,25 @@ def _directly(machine: Machine, functions: Sequence[Callable[[Machine], Any]]) -
     return program(machine)
 
 
+def _by_differences(machine: Machine, sizes: Sizes) -> dict[str, np.ndarray]:
+    """Of masses, lengths and densities: what the number depends on is smooth in them."""
+    out = {}
+    for path, value in machine.parameters().items():
+        value = np.asarray(value)
+        if machine.units(path)[0] not in ("kg", "m", "kg/m^3") or value.ndim or value == 0:
+            continue
+        ends = [sizes.function(machine.set({path: value * (1 + s * _PART)})) for s in (-1, 1)]
+        out[path] = np.asarray((ends[1] - ends[0]) / (2 * _PART * value))
+    return out
+
+
 def by_percent(machine: Machine, slopes: dict[str, np.ndarray]) -> dict[str, float]:
     """Of derivatives: path -> the change of the number where the parameter grows by 1 %. Of up to six entries
-    each is told by itself, `b1.stiffness[0]`; a table as a whole."""
+    each is told by itself, `b1.stiffness[0]`; a table as a whole. Of angles no part is taken."""
     values, out = machine.parameters(), {}
     for path, slope in slopes.items():
+        if "rad" in machine.units(path):
+            continue
         change = 0.01 * slope * np.asarray(values[path])
         if change.ndim == 1 and change.size <= _FEW:
             out |= {f"{path}[{k}]": float(x) for k, x in enumerate(change)}

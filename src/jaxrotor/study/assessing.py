@@ -11,10 +11,10 @@ import numpy as np
 from ..core.errors import InputError
 from ..machine.axial import axial_positions
 from ..machine.machine import Machine
-from ..objectives.mass import total_mass
-from ..standards.balance_grade import in_two_planes, permissible_unbalance, residual_unbalance
+from ..simulation.summary import parts_with_mass
+from ..standards.balance_grade import residual_unbalance
 from ..standards.finding import Assessment, Finding
-from ..standards.moves import Moves, Whirl, of_decrement, of_factor, of_torsion, scaled
+from ..standards.moves import Moves, Sizes, Term, Whirl, of_decrement, of_factor, of_torsion, scaled
 from ..standards.placed import own_unbalance, placed_response
 from ..standards.sensitivity_zones import loop_sensitivity
 from ..standards.separation import SeparationCheck, required_margins, separation_margins
@@ -74,7 +74,7 @@ def assessed(
         for one in asked.magnetic:
             out.items.append(_loop(machine, one, asked))
         if asked.balance is not None:
-            out.items += _balance(machine, asked.balance)
+            out.items += _balance(machine, asked.balance, moving)
         for one in asked.vibration:
             out.items.append(_vibration(machine, one, asked, moving))
     if torsional is not None:
@@ -197,8 +197,6 @@ def _response(
 
 
 def _direct(machine: Machine, at: Any, function: Any) -> Moves:
-    from ..standards.moves import Term
-
     return (Term(1.0, machine, at, function),)
 
 
@@ -261,37 +259,36 @@ def _loop(machine: Machine, one: Loop, asked: Standards) -> Item:
     return Item(found(machine), _direct(machine, asked.state, lambda m: found(m).room))
 
 
-def _balance(machine: Machine, one: Balance) -> Iterator[Item]:
+def _balance(machine: Machine, one: Balance, moving: bool) -> Iterator[Item]:
+    def found(m: Machine) -> tuple[Finding, ...]:
+        return _residuals(m, one)
+
+    for k, finding in enumerate(found(machine)):
+        sizes = Sizes(lambda m, k=k: float(found(m)[k].room))
+        yield Item(finding, (Term(1.0, machine, "undeformed", sizes),) if moving else ())
+
+
+def _residuals(machine: Machine, one: Balance) -> tuple[Finding, ...]:
     places = axial_positions(machine)
-    planes = None if one.planes is None else [places[s] for s in one.planes]
-    masses = [p for p in machine.summary().parts if p.mass]
-    centre = sum(p.mass * p.position for p in masses) / sum(p.mass for p in masses)
-
-    def limits(m: Machine) -> Any:
-        whole = permissible_unbalance(total_mass(m), one.speed, one.grade)
-        return whole[None] if planes is None else in_two_planes(whole, planes, centre)
-
-    def amounts(m: Machine) -> Any:
-        if one.residual is not None:
-            return jnp.asarray(one.residual)
-        own = own_unbalance(m)
-        each = own.amounts * jnp.exp(1j * own.angles)
-        if planes is None:
-            return jnp.abs(jnp.sum(each))[None]
-        z = np.array([places[s] for s in own.stations])
-        second = (z - planes[0]) / (planes[1] - planes[0])
-        return jnp.abs(jnp.stack([jnp.sum(each * (1 - second)), jnp.sum(each * second)]))
-
-    found = residual_unbalance(
-        amounts(machine), float(total_mass(machine)), one.speed, one.grade, planes=planes,
-        centre=None if planes is None else centre,
-    )  # fmt: skip
-    names = [""] if one.planes is None else list(one.planes)
-    for k, finding in enumerate(found.findings):
-        yield Item(
-            replace_place(finding, f"at {names[k]}" if names[k] else ""),
-            _direct(machine, "undeformed", lambda m, k=k: 1e6 * (limits(m)[k] - amounts(m)[k])),
-        )
+    masses = [p for p in parts_with_mass(machine) if p.mass]
+    mass = sum(p.mass for p in masses)
+    planes = centre = None
+    if one.planes is not None:
+        planes = [places[s] for s in one.planes]
+        centre = sum(p.mass * p.position for p in masses) / mass
+    amounts: Any = one.residual
+    if amounts is None:
+        own = own_unbalance(machine)
+        each = np.asarray(own.amounts) * np.exp(1j * np.asarray(own.angles))
+        amounts = [abs(each.sum())]
+        if planes is not None:
+            second = (np.array([places[s] for s in own.stations]) - planes[0]) / (
+                planes[1] - planes[0]
+            )
+            amounts = [abs(np.sum(each * (1 - second))), abs(np.sum(each * second))]
+    found = residual_unbalance(amounts, mass, one.speed, one.grade, planes=planes, centre=centre)
+    names = ("",) if one.planes is None else tuple(f"at {name}" for name in one.planes)
+    return tuple(replace_place(finding, name) for finding, name in zip(found.findings, names))
 
 
 def replace_place(finding: Finding, place: str) -> Finding:

@@ -44,7 +44,7 @@ def read_standards(table: Any, machine: Machine) -> Standards:
     clearances = { left = "0.3 mm" }      # diametral, at stations; films have their own
     films = { b1 = ["0.1 mm", "0.14 mm"] } # least and greatest radial clearance: both machines are looked at
     state = "undeformed"                  # linear about it; left out: "equilibrium"
-    limits = { most_below = 16, most_above = 26, least_factor = 2.5, probe = "25.4 um", share = 0.75 }  # scale
+    limits = { most_below = 16, most_above = 26, least_factor = 2.5, share = 0.75 }  # probe, scale
 
     [standards.stability]
     stations = "disc"                     # of the cross coupling, or { a = 0.6, b = 0.4 }; left out: wheels'

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import simulation
 from ..core.arguments import path
@@ -20,6 +20,9 @@ from .figures import Figure, check_figures, read_figures
 from .machine import MachineReader
 from .mistakes import Faults, guess
 from .settings import Report, read_section, read_simulation
+
+if TYPE_CHECKING:
+    from ..standards.finding import Assessment
 
 _SECTIONS = (
     "title",
@@ -77,6 +80,13 @@ class Study:
     def run(self, progress: bool | None = None) -> Any:
         """Simulates: the `Response`. `progress`: as in `jaxrotor.simulate`."""
         return simulation.simulate(self.machine, self.settings, progress=progress)
+
+    def assess(self) -> "Assessment":
+        """What [standards] and [torsional] ask for: all findings, in the order of the field. Raises
+        `InputError` where the study asks for none, and as the checks do."""
+        from .assessing import assessed
+
+        return assessed(self.machine, self.standards, self.torsional, moving=False).assessment
 
 
 @takes(path=path)
