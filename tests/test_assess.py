@@ -198,7 +198,7 @@ BAD = [
     ("clearances", {"left": "-1 mm"}, "must be positive"),
     ("films", {"b1": ["1 mm", "2 mm"]}, 'films names no such part "b1"'),
     ("state", "moving", 'state is "moving"'),
-    ("limits", {"share": "75 %"}, "share"),
+    ("limits", {"share": "75 mm"}, "share"),
     ("limits", {"shares": 0.7}, "did you mean `share`"),
     ("stability", {"stations": "disc"}, "takes cross_coupling or wheels: give one of them"),
     ("stability", {"cross_coupling": "1e5 N/m"}, "stations is missing"),
@@ -237,12 +237,11 @@ def test_a_study_that_asks_for_nothing(folder, capsys):
 
 
 def test_the_example():
-    """Its margin falls short in y, and a longer overhang of 2 % buys it, as the table says."""
+    """Its margin falls short in y, and the two parameters that the table names first buy it: 1 % of each."""
     study = jr.load("configs/compressor_assessment.toml", run=False)
     one = assessed(study.machine, study.standards, None, moving=False)
     missed = [i.finding for i in one.items if not bool(i.finding.met) and i.decides]
     assert [(f.check, f.place[:7]) for f in missed] == [("separation margin", "end 1.y")]
-    assert float(missed[0].room) == pytest.approx(-0.716, abs=1e-3)
     longer = {f"shaft {k}.length": 1.01 * study.machine[f"shaft {k}"].length for k in (1, 4)}
     better = assessed(study.machine.set(longer), study.standards, None, moving=False)
     assert bool(better.assessment.met)

@@ -100,8 +100,7 @@ def table(rows: list[Row]) -> list[tuple[str, ...]]:
     """Texts, the header first."""
     moved = any(row.movers for row in rows)
     header = ("check", "where", "value", "limit", "verdict", "source")
-    header += ("room by +1 % of",) if moved else ()
-    lines = [header]
+    lines: list[tuple[str, ...]] = [header + (("room by +1 % of",) if moved else ())]
     for row in rows:
         one = row.finding
         told = one.sense == "for information"

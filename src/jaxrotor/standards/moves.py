@@ -17,13 +17,20 @@ from ..linear.slopes import Form
 from ..linear.torsion import torsional
 from ..machine.machine import Machine
 from .amplification import Resonances
-from .placed import Excited, Probe, Seen, excited
+from .placed import Excited, Probe, excited
 from .stability import lowest_forward
 
 # Of the gap to a peak's nearer flank: for slopes by differences of numbers, and of forms, which are exact.
 _STEP, _FINE = 2e-3, 1e-4
 # Eigenvalues so near to each other are one.
 _ONE = 1e-6
+
+
+class Rows(NamedTuple):
+    """As `placed.Seen`, of numbers."""
+
+    one: np.ndarray
+    other: np.ndarray
 
 
 class Sizes(NamedTuple):
@@ -59,7 +66,8 @@ class Whirl:
         self.given, self.machine, self.at, self.unbalance = machine, machine.full(), at, unbalance
         speeds = np.atleast_1d(np.asarray(speeds, float))
         run, seen = excited(self.machine, unbalance, probes, float(speeds.max()), at)
-        self.probes, self.seen = probes, [Seen(*map(numbers, one)) for one in seen]
+        self.probes = probes
+        self.seen = [Rows(*map(numbers, one)) for one in seen]
         self.models = models_over_speed(
             self.machine, np.linspace(speeds.min(), speeds.max(), 9), at
         )
@@ -70,12 +78,12 @@ class Whirl:
         A, n = np.asarray(model.A), self.forces.size
         return A, resolvent(A, n, 1j * w, w**2 * (np.asarray(model.B) @ self.forces))
 
-    def level(self, w: float, seen: Seen) -> float:
+    def level(self, w: float, seen: Rows) -> float:
         """log of what a probe reads."""
         q = self._motion(w)[1][: self.forces.size]
         return float(np.log(abs(seen.one @ q) + abs(seen.other @ q)))
 
-    def of_level(self, w: float, seen: Seen) -> Moves:
+    def of_level(self, w: float, seen: Rows) -> Moves:
         """Of the log amplitude at a speed."""
         A, x = self._motion(w)
         n = self.forces.size
@@ -99,7 +107,7 @@ class Whirl:
 
         return (*found, Term(1.0, self.given, self.at, own))
 
-    def of_peak(self, found: Resonances, k: int, seen: Seen) -> dict[str, Moves]:
+    def of_peak(self, found: Resonances, k: int, seen: Rows) -> dict[str, Moves]:
         """Of "speed", "low", "high" of a peak, rad/s."""
         w, low, high = (float(x[k]) for x in (found.speeds, found.low, found.high))
         gaps = [abs(w - x) for x in (low, high) if np.isfinite(x)]
@@ -163,7 +171,8 @@ def of_decrement(
     k, there = lowest_forward(numeric, values, right, np)
     if not there:
         return (), 0.0
-    a, b = values[k].real, values[k].imag
+    value = complex(values[k])
+    a, b = value.real, value.imag
     change = -2 * np.pi * (1 / b + 1j * a / b**2)
     same = np.flatnonzero(abs(values - values[k]) < _ONE * abs(values[k]))
     found, by_coupling = [], 0.0
@@ -193,7 +202,7 @@ def of_torsion(machine: Machine, speed: float, at: Any) -> list[tuple[float, Mov
     values, right, left = eigensystem_numbers(np.asarray(model.A))
     out = []
     for w in natural[natural > 0]:
-        away = abs(abs(values) - w) + np.where(values.imag > 0, 0.0, np.inf)
+        away = abs(abs(values) - w) + np.where(np.imag(values) > 0, 0.0, np.inf)
         k = int(np.argmin(away))
         value, x = values[k], right[:m, k]
         y = np.linalg.solve(M.T, left[k, m:])

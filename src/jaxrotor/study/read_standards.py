@@ -114,7 +114,7 @@ def read_standards(table: Any, machine: Machine) -> Standards:
             if (one := _loop(each, place, machine, speeds[1], faults)) is not None
         ),
     )
-    if not found.probes:
+    if "probes" not in table:
         for key in ("clearances", "films", "limits", "trip"):
             if key in table:
                 faults.add("standards", f'{key} goes with probes: write probes = ["disc.x"]')
