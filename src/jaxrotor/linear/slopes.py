@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..core.notice import muted
 from ..core.quick import quickly_compiled
 from ..integrators.newton import FREE_MOTION
 from ..machine.field import n_free
@@ -66,7 +67,8 @@ def slopes_of(
         rows = [
             jnp.asarray(g(x)) for x in (left, right, _put(force, order)) for g in (np.real, np.imag)
         ]
-        found.append(_swept(machine, jax.tree.map(jnp.asarray, there), rows))
+        with muted(k > 0):  # it is compiled then
+            found.append(_swept(machine, jax.tree.map(jnp.asarray, there), rows))
         step(k + 1)
     return found
 
