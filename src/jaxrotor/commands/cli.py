@@ -1,5 +1,5 @@
-"""The command line: `jaxrotor run|check|show|modes|campbell|response|torsional|identify|optimize|sweep
-STUDY.toml`,
+"""The command line: `jaxrotor run|check|show|modes|campbell|response|torsional|assess|report|identify|
+optimize|sweep STUDY.toml`,
 `jaxrotor record FILE`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
@@ -48,6 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "campbell": _campbell,
             "response": _response,
             "torsional": _torsional,
+            "assess": _assess,
+            "report": _report,
             "identify": _identify,
             "optimize": _optimize,
             "sweep": _sweep,
@@ -201,6 +203,20 @@ def _torsional(given: argparse.Namespace) -> int:
 
     study = _load(given.study, run=False)
     return run_torsional(study, given.out, given.force, not given.no_run, given.quiet)
+
+
+def _assess(given: argparse.Namespace) -> int:
+    from .assess import run_assess
+
+    study = _load(given.study, run=False)
+    return run_assess(study, given.out, not given.no_gradients, given.quiet, given.force)
+
+
+def _report(given: argparse.Namespace) -> int:
+    from .report import run_report
+
+    study = _load(given.study, run=False)
+    return run_report(study, given.out, not given.no_gradients, given.quiet)
 
 
 def _identify(given: argparse.Namespace) -> int:

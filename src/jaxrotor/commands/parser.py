@@ -44,6 +44,8 @@ examples:
   jaxrotor campbell configs/friswell_two_disc.toml --to "4500 rpm"     frequencies over speed
   jaxrotor response configs/friswell_two_disc.toml --to "4500 rpm"     unbalance response: Bode, polar
   jaxrotor torsional configs/synchronous_start.toml        torsion: separation, response, starts
+  jaxrotor assess configs/compressor_assessment.toml       API and ISO: limits, verdicts, what helps
+  jaxrotor report configs/compressor_assessment.toml       the same as one HTML document
   jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
   jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
   jaxrotor record run_up.csv                               what is in a file of measured data, drawn
@@ -53,10 +55,10 @@ what `run` writes:
   summary.json   peaks, the speeds at which they occur, settings, versions, timings
   *.png          the figures
 
-exit status: 0 done; 2 the study or the command is wrong, nothing was run; 3 the simulation failed
-(what was computed before is kept), or a search found no end; 130 stopped by Ctrl-C, SIGTERM or
---time-limit: `run` keeps the samples, `identify` and `optimize` what they had found so far, `sweep` what it
-had run (see --resume).
+exit status: 0 done; 4 a limit is not met (`assess`, `report`); 2 the study or the command is wrong,
+nothing was run; 3 the simulation failed (what was computed before is kept), or a search found no end; 130
+stopped by Ctrl-C, SIGTERM or --time-limit: `run` keeps the samples, `identify` and `optimize` what they had
+found so far, `sweep` what it had run (see --resume).
 """
 
 _OPTIMIZE = """\
@@ -161,6 +163,63 @@ what it writes:
   response.png, .csv amplitudes in each shaft over speed, by each excitation that has a torque
   start.png          torques of the run, and the instants at which modes are passed
   summary.json       all numbers: margins, stresses, lives, peak torques, damage, starts
+"""
+
+
+_ASSESS = """\
+Holds the machine against API 617/684 and ISO, as [standards] says, and [torsional] where there is one. Only
+what is named is assessed:
+
+  [standards]
+  speeds = ["4500 rpm", "7500 rpm"]        least and greatest of service
+  probes = ["disc.x", "disc at 45 deg"]    resonances, margins, vibration limit, clearances
+  bearings = ["b1", "b2"]                  the journals, for the unbalance placed by mode shape
+  unbalance = { disc = "100 g*mm" }        instead of that
+  clearances = { left = "0.3 mm" }         diametral; films have their own
+  films = { b1 = ["0.1 mm", "0.14 mm"] }   least and greatest radial clearance: both machines
+  limits = { most_below = 16, share = 0.75 }   instead of the standard's
+
+  [standards.stability]                    level 1 and level 2
+  stations = "disc"
+  cross_coupling = "1e5 N/m"               or wheels = [{ station, power, diameter, height, density_ratio }]
+  density = "20 kg/m^3"                    of the gas, mean: screening
+  without = ["seal 1"]                     left out at level 1
+
+  [standards.balance]                      ISO 21940-11
+  grade = 2.5
+  planes = ["left", "right"]
+
+  [[standards.vibration]]                  ISO 20816: measured, or computed
+  kind = "shaft"                           or "housing"
+  place = "disc"
+  accepted = "B"
+
+  [[standards.magnetic]]                   ISO 14839-3
+  name = "loop"
+
+The last column of the table tells by how much the room to the limit grows where a parameter grows by 1 %: the
+three that count most, from exact derivatives (all others in summary.json).
+
+what it writes:
+  table.txt, table.md   value, limit, verdict, source, and what moves each number
+  summary.json          all of it in SI, with every sensitivity
+  *.png                 response with margins, mode shapes with the unbalance, stability, screening,
+                        interference diagram
+
+exit status: 0 all is met; 4 something is not; 2 the study or the command is wrong, nothing was assessed.
+docs/standards.md says where each rule was read.
+"""
+
+
+_REPORT = """\
+Assesses as `jaxrotor assess` does, and lays it out in the order of the field: static deflection and bearing
+loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins, orbits,
+stability of levels 1 and 2, torsion, summary.
+
+what it writes:
+  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep
+
+exit status: as of `jaxrotor assess`.
 """
 
 
@@ -274,6 +333,28 @@ def parser() -> argparse.ArgumentParser:
     )
     torsion.add_argument("--quiet", action="store_true", help="no progress bar")
     torsion.add_argument("--force", action="store_true", help="write into a folder in use")
+    judged = command(
+        "assess",
+        "hold the machine against API and ISO, as [standards] asks: limits, verdicts, what helps",
+    )
+    judged.epilog = _ASSESS
+    judged.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_assess)"
+    )
+    report = command("report", "the assessment as one document, in the order of the field")
+    report.epilog = _REPORT
+    report.add_argument(
+        "--standard", choices=("api617",), default="api617", help="whose order (default: api617)"
+    )
+    report.add_argument(
+        "--out", metavar="FILE", type=Path, help="file (default: results/<study>_report.html)"
+    )
+    judged.add_argument("--force", action="store_true", help="write into a folder in use")
+    for each in (judged, report):
+        each.add_argument(
+            "--no-gradients", action="store_true", help="without what moves each number, sooner"
+        )
+        each.add_argument("--quiet", action="store_true", help="no progress bar")
     found = command(
         "identify", "find parameters from measured runs, as [identify] in the study asks"
     )

@@ -9,19 +9,18 @@ import numpy as np
 from ..core.errors import InputError, SimulationFailed
 from ..core.files import folder_written_whole, save_json, written_whole
 from ..linear.torsion import TorsionalMode, holzer_table, torsional_modes
-from ..machine.machine import Machine
 from ..standards.finding import Assessment, Finding
 from ..standards.torsional import (
     TorsionalExcitation,
     excitation_bands,
-    torsional_excitations,
     torsional_separation,
 )
 from ..study.study import Study
 from ..study.torsional import Torsional
+from ..study.torsional_checks import excitations_of, lives
 from .options import RPM, study_name
 from .output import save_figure, save_table
-from .torsional_response import Forced, forced_response, lives
+from .torsional_response import Forced, forced_response
 from .torsional_start import Start, start_of
 
 DONE, FAILED = 0, 3
@@ -40,7 +39,7 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
     machine = study.machine
     asked = study.torsional if study.torsional is not None else Torsional()
     speeds = asked.speeds or _speed_of_drive(study)
-    excitations = _excitations(machine, asked, speeds)
+    excitations = excitations_of(machine, asked, speeds)
     found = torsional_separation(
         machine, speeds, excitations, margin=asked.margin, count=asked.modes, each=True
     )
@@ -93,18 +92,6 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
         print(f"{failure}\nThe start is missing for it", file=sys.stderr)
         return FAILED
     return DONE
-
-
-def _excitations(
-    machine: Machine, asked: Torsional, speeds: tuple[float, float]
-) -> tuple[TorsionalExcitation, ...]:
-    """The usual ones and the study's own; what is among both goes by its own name there."""
-    own = tuple(one.excitation for one in asked.excitations)
-    usual = torsional_excitations(machine, asked.line_frequency, asked.orders, asked.mesh)
-    bands = np.asarray(excitation_bands(machine, (*usual, *own), speeds))
-    mine = bands[len(usual) :]
-    kept = [one for one, band in zip(usual, bands) if not any(np.allclose(band, b) for b in mine)]
-    return (*kept, *own)
 
 
 def _speed_of_drive(study: Study) -> tuple[float, float]:

@@ -11,9 +11,8 @@ from ..linear.response import frequency_response
 from ..linear.shafts import shafts_of
 from ..linear.torsion import TorsionalMode, torque_carriers
 from ..machine.machine import Machine
-from ..standards.finding import Assessment
-from ..standards.torsional import excitation_bands, torsional_margin
-from ..standards.torsional_life import stress_per_torque, torsional_life
+from ..standards.torsional import excitation_bands
+from ..standards.torsional_life import stress_per_torque
 from ..study.torsional import Exciting, StrengthOfShaft, Torsional
 
 _POINTS, _BEYOND = 241, 1.2
@@ -114,39 +113,3 @@ def _by(machine, one: Exciting, outputs, band, along, speeds) -> np.ndarray:
     )
     values = np.abs(np.asarray(found.values)[:, :, 0].T) * (one.torque or 0.0)
     return np.broadcast_to(values, (len(outputs), len(along)))
-
-
-def lives(
-    machine: Machine, asked: Torsional, count: int, speeds: tuple[float, float]
-) -> Assessment:
-    """Of the shafts whose `hours` are asked for, where an excitation with a torque is too near to a mode."""
-    from ..standards.torsional import natural_torsion
-
-    found = Assessment(())
-    forced = [one for one in asked.excitations if one.torque is not None]
-    wanted = [one for one in asked.shafts if one.hours is not None]
-    if not forced or not wanted:
-        return found
-    natural = np.asarray(natural_torsion(machine, 0.5 * sum(speeds), "undeformed"))[:count]
-    bands = np.asarray(excitation_bands(machine, [f.excitation for f in forced], speeds))
-    for one, band in zip(forced, bands):
-        for k, w in enumerate(natural):
-            if float(torsional_margin(w, *band)) >= asked.margin:
-                continue
-            for shaft in wanted:
-                found += torsional_life(
-                    machine,
-                    one.excitation,
-                    one.torque,
-                    one.station,
-                    shaft.name,
-                    speeds,
-                    shaft.curve,
-                    shaft.hours or 0.0,
-                    k + 1,
-                    shaft.diameter,
-                    shaft.inner_diameter,
-                    shaft.concentration,
-                    shaft.mean_torque,
-                )
-    return found

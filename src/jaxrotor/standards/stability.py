@@ -92,7 +92,7 @@ class _Loaded(eqx.Module):
     def decrement(self, cross_coupling: Array) -> Float[Array, ""]:
         """Log decrement of the lowest lateral mode that does not whirl backward."""
         values, right, _ = eigensystem(self.model.A + cross_coupling * self.slope)
-        k, there = _lowest_forward(
+        k, there = lowest_forward(
             without_slopes(self.model), *jax.lax.stop_gradient((values, right)), jnp
         )
         return jnp.where(there, -2 * jnp.pi * values[k].real / values[k].imag, jnp.nan)
@@ -106,13 +106,13 @@ class _Loaded(eqx.Module):
         def decrement(cross_coupling: float) -> float:
             found: Any = np.linalg.eig(model.A + cross_coupling * slope)
             values, right = found
-            k, there = _lowest_forward(model, values, right, np)
+            k, there = lowest_forward(model, values, right, np)
             return float(-2 * np.pi * values[k].real / values[k].imag) if there else np.nan
 
         return decrement
 
 
-def _lowest_forward(model: LinearModel, values: Any, right: Any, xp: Any) -> tuple[Any, Any]:
+def lowest_forward(model: LinearModel, values: Any, right: Any, xp: Any) -> tuple[Any, Any]:
     """Which eigenvalue is that of the lowest lateral mode that does not whirl backward, and whether there is
     one; of NumPy's or JAX's arrays."""
     swings = oscillating(model.A, model.M, values, right)
@@ -208,7 +208,7 @@ def stability_chart(
     """
     check_linearized(at)
     machine.check()
-    machine = _left_out(machine, without)
+    machine = left_out(machine, without)
     speed = jnp.asarray(speed, float)
     given = (
         (place,) if isinstance(place, str) else tuple(place) if isinstance(place, Mapping) else ()
@@ -246,7 +246,7 @@ def _reduced(machine: Machine, speed: Array, at: Any, stations: Sequence[str]) -
     return condensed_below(machine, _REACH * abs(float(fast)), at, keep)
 
 
-def _left_out(machine: Machine, without: Any) -> Machine:
+def left_out(machine: Machine, without: Any) -> Machine:
     supports = {}
     for name in (without,) if isinstance(without, str) else without:
         if name not in machine.wiring.connectors:

@@ -1,7 +1,7 @@
 """A response to applied unbalance against what probes and clearances allow."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..core.arguments import number, whole
 from ..core.errors import InputError
 from ..core.gate import takes
+from ..core.parameter import known
 from ..core.quick import lightly_compiled, traced
 from ..elements.bearings.journal import AbstractFilm
 from ..machine.machine import Machine
@@ -69,6 +70,41 @@ def unbalance_response_check(
     the largest amplitude stays at the same speed and probe. `count`: peaks of each, needed under `jit`.
     Raises `InputError` as `resonances` does, and for clearances that are none.
     """
+    return checked_response(
+        machines, probes, least, greatest, unbalance, clearances,
+        trip=trip, limit=limit, share=share, most=most, count=count, points=points, at=at,
+    )[0]  # fmt: skip
+
+
+class Largest(NamedTuple):
+    """`amplitude`, m from the mean position, that `probe` of the machine `name` reads at `speed`, rad/s;
+    `gap`: the diametral clearance there, m, NaN for a probe of vibration."""
+
+    name: str
+    probe: Probe
+    amplitude: Array
+    speed: Array
+    gap: Array
+
+
+def checked_response(
+    machines: Machine | Mapping[str, Machine],
+    probes: Any,
+    least: float,
+    greatest: float,
+    unbalance: Any,
+    clearances: Mapping[str, Any] | None,
+    *,
+    trip: float | None,
+    limit: Any,
+    share: Any,
+    most: Any,
+    count: int | None,
+    points: int,
+    at: Any,
+) -> tuple[Assessment, tuple[Largest, ...]]:
+    """`unbalance_response_check`, and of each machine where amplitudes are largest: that of all probes, then
+    that of each clearance, in the order of the findings."""
     several_ = machines if isinstance(machines, Mapping) else {"": machines}
     if not several_ or not all(isinstance(m, Machine) for m in several_.values()):
         raise InputError(f"machines must be a Machine or a mapping of them, but is {machines!r}")
@@ -80,23 +116,35 @@ def unbalance_response_check(
     allowed = probe_limit(greatest) if limit is None else jnp.asarray(limit, float)
     asked = several(probes)
     findings: list[Finding] = []
+    places: list[Largest] = []
+    nothing = jnp.asarray(jnp.nan)
     for name, machine in several_.items():
         gaps = _gaps(machine, clearances)
         looks = (count, points, at)
         at_probes = _largest(machine, asked, least, greatest, unbalance, *looks)
-        worst = 2 * jnp.max(jnp.stack(at_probes))
+        heights = jnp.stack([a for a, _ in at_probes])
+        worst = 2 * jnp.max(heights)
+        read = known(heights)
+        if read is not None:
+            k = int(np.argmax(read))
+            places.append(Largest(name, asked[k], *at_probes[k], nothing))
+        words = ", ".join(x for x in (name, _where(places[-1]) if read is not None else "") if x)
         findings.append(
-            Finding("amplitude at probes, pp", name, worst, allowed, "at most", "m", SOURCE)
+            Finding("amplitude at probes, pp", words, worst, allowed, "at most", "m", SOURCE)
         )
         scale = scale_factor(allowed, worst, most)
-        nothing = jnp.asarray(jnp.nan)
         findings.append(
             Finding("scale factor", name, scale, nothing, "for information", "", SOURCE)
         )
         if gaps:
             found = _largest(machine, list(gaps), _LEAST * end, end, unbalance, *looks)
-            findings += _against(name, gaps, found, scale, share)
-    return Assessment(tuple(findings))
+            findings += _against(name, gaps, [a for a, _ in found], scale, share)
+            places += [Largest(name, s, *f, gap) for (s, gap), f in zip(gaps.items(), found)]
+    return Assessment(tuple(findings)), tuple(places)
+
+
+def _where(one: Largest) -> str:
+    return f"{words_of(one.probe)}, {float(one.speed) * 30 / np.pi:.5g} rpm"
 
 
 def _against(
@@ -141,18 +189,20 @@ def _largest(
     count,
     points,
     at,
-) -> list[Array]:
-    """Of each probe, the largest amplitude from `start` to `stop`: at a peak or at an end."""
+) -> list[tuple[Array, Array]]:
+    """Of each probe, the largest amplitude from `start` to `stop`, at a peak or at an end, and the speed."""
     run, seen = excited(machine, unbalance, probes, stop, at)
     ends = jnp.asarray(np.unique([start, stop]))
     if start == stop:
-        return [jnp.max(_at(run, one, ends)) for one in seen]
+        return [(jnp.max(_at(run, one, ends)), ends[0]) for one in seen]
     words = [words_of(p) for p in probes]
     peaks = resonances_of(run, seen, words, (start, stop), HALF_POWER, count, points)
     found = []
     for one, those in zip(seen, peaks):
         heights = jnp.where(jnp.isnan(those.amplitudes), 0.0, those.amplitudes)
-        found.append(jnp.max(jnp.concatenate([heights, _at(run, one, ends)])))
+        heights = jnp.concatenate([heights, _at(run, one, ends)])
+        k = jnp.argmax(heights)
+        found.append((heights[k], jnp.concatenate([those.speeds, ends])[k]))
     return found
 
 

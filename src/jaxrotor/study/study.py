@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import simulation
 from ..core.arguments import path
@@ -21,6 +21,9 @@ from .machine import MachineReader
 from .mistakes import Faults, guess
 from .settings import Report, read_section, read_simulation
 
+if TYPE_CHECKING:
+    from ..standards.finding import Assessment
+
 _SECTIONS = (
     "title",
     "source",
@@ -32,6 +35,7 @@ _SECTIONS = (
     "optimize",
     "sweep",
     "torsional",
+    "standards",
 )
 
 
@@ -41,12 +45,12 @@ _NO_SIMULATION = (
 )
 
 
-@shows(without=("figures", "identify", "optimize", "sweep", "torsional"))
+@shows(without=("figures", "identify", "optimize", "sweep", "torsional", "standards"))
 @dataclass(frozen=True)
 class Study:
     """What `load` read. `simulation`: how the machine is run; `figures` are drawn beside
     those that `report` chooses; `identify`, `optimize`, `sweep` and `torsional` are what the commands of
-    these names are asked for; `path` is the file."""
+    these names are asked for, `standards` is what `jaxrotor assess` is; `path` is the file."""
 
     machine: Machine
     simulation: Simulation | None
@@ -59,6 +63,7 @@ class Study:
     optimize: Any = None
     sweep: Any = None
     torsional: Any = None
+    standards: Any = None
 
     @property
     def settings(self) -> Simulation:
@@ -75,6 +80,13 @@ class Study:
     def run(self, progress: bool | None = None) -> Any:
         """Simulates: the `Response`. `progress`: as in `jaxrotor.simulate`."""
         return simulation.simulate(self.machine, self.settings, progress=progress)
+
+    def assess(self) -> "Assessment":
+        """What [standards] and [torsional] ask for: all findings, in the order of the field. Raises
+        `InputError` where the study asks for none, and as the checks do."""
+        from .assessing import assessed
+
+        return assessed(self.machine, self.standards, self.torsional, moving=False).assessment
 
 
 @takes(path=path)
@@ -105,10 +117,11 @@ def load(path: str | Path, run: bool = True) -> Study:
     figures = read_figures(document.get("figures", []), faults)
     if machine is not None and report is not None:
         _check_report(report, machine, faults)
-    torsional = None
+    torsional = standards = None
     if machine is not None:
         check_figures(figures, machine, faults)
         torsional = _torsional(document, machine, faults)
+        standards = _standards(document, machine, faults)
     if machine is None or report is None or faults.sentences:
         raise InputError(*(f"{path.name}: {sentence}" for sentence in faults.sentences))
     asked = {} if settings is None else _asked(document, machine, settings, path)
@@ -119,6 +132,7 @@ def load(path: str | Path, run: bool = True) -> Study:
         figures=figures,
         path=path,
         torsional=torsional,
+        standards=standards,
         **asked,
         **texts,
     )
@@ -132,6 +146,19 @@ def _torsional(document: dict, machine: Machine, faults: Faults) -> Any:
 
     try:
         return read_torsional(document["torsional"], machine)
+    except InputError as error:
+        faults.sentences += error.problems
+        return None
+
+
+def _standards(document: dict, machine: Machine, faults: Faults) -> Any:
+    """The section [standards], likewise."""
+    if "standards" not in document:
+        return None
+    from .read_standards import read_standards
+
+    try:
+        return read_standards(document["standards"], machine)
     except InputError as error:
         faults.sentences += error.problems
         return None

@@ -10,7 +10,8 @@ from ..linear.torsion import torque_carriers
 from ..machine.machine import Machine
 from ..standards.sn_curve import SNCurve
 from ..standards.torsional import TorsionalExcitation
-from .mistakes import Faults, guess
+from .mistakes import Faults
+from .reader import Reader, tables_of
 
 _KEYS = (
     "speeds",
@@ -112,7 +113,7 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
     if not isinstance(table, dict):
         raise InputError(f"`torsional`: must be a table, but is {shown(table)}: write [torsional]")
     faults.unknown_keys("torsional", table, _KEYS)
-    ask = _Reader(table, "torsional", faults)
+    ask = Reader(table, "torsional", faults)
     row, speeds = ask.row("speeds", "rad/s", 2), None
     if row is not None:
         speeds = row[0], row[1]
@@ -131,12 +132,12 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
         ask.count("modes"),
         tuple(
             one
-            for place, each in _tables(table, "excitations", faults)
+            for place, each in tables_of(table, "torsional", "excitations", faults)
             if (one := _excitation(each, place, machine, faults)) is not None
         ),
         tuple(
             one
-            for place, each in _tables(table, "shafts", faults)
+            for place, each in tables_of(table, "torsional", "shafts", faults)
             if (one := _shaft(each, place, machine, faults)) is not None
         ),
     )
@@ -145,82 +146,10 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
     return found
 
 
-class _Reader:
-    """Values of one table; what is wrong is added to the faults."""
-
-    def __init__(self, table: dict, place: str, faults: Faults):
-        self.table, self.place, self.faults = table, place, faults
-
-    def quantity(self, key: str, unit: str, default: Any = None) -> Any:
-        if key not in self.table:
-            return default
-        try:
-            return float(read(self.table[key], unit))
-        except ValueError as error:
-            self.faults.add(self.place, f"{key} {error}")
-            return None
-
-    def positive(self, key: str, unit: str, default: Any = None) -> Any:
-        value = self.quantity(key, unit, default)
-        if value is not None and not value > 0:
-            self.faults.add(self.place, f"{key} must be positive, but is {shown(self.table[key])}")
-        return value
-
-    def row(self, key: str, unit: str, size: int | None = None) -> tuple[float, ...] | None:
-        if key not in self.table:
-            return None
-        given = self.table[key]
-        if not isinstance(given, list) or not given or size not in (None, len(given)):
-            many = "a list" if size is None else f"{size} quantities"
-            self.faults.add(self.place, f"{key} must be {many}, but is {shown(given)}")
-            return None
-        try:
-            return tuple(float(read(one, unit)) for one in given)
-        except ValueError as error:
-            self.faults.add(self.place, f"{key} {error}")
-            return None
-
-    def flag(self, key: str, default: bool) -> bool:
-        given = self.table.get(key, default)
-        if not isinstance(given, bool):
-            self.faults.add(self.place, f"{key} must be true or false, but is {shown(given)}")
-        return bool(given)
-
-    def count(self, key: str) -> int | None:
-        given = self.table.get(key)
-        if given is not None and (type(given) is not int or given < 1):
-            self.faults.add(
-                self.place, f"{key} must be a whole number above 0, but is {shown(given)}"
-            )
-            return None
-        return given
-
-    def name(self, key: str, known: tuple[str, ...] | None = None) -> str | None:
-        given = self.table.get(key)
-        if not isinstance(given, str):
-            what = "is missing" if given is None else f"must be a text, but is {shown(given)}"
-            self.faults.add(self.place, f'{key} {what}: write {key} = "..."')
-            return None
-        if known is not None and given not in known:
-            self.faults.add(self.place, f'{key} names no such part "{given}"{guess(given, known)}')
-            return None
-        return given
-
-
-def _tables(table: dict, key: str, faults: Faults) -> list[tuple[str, dict]]:
-    given = table.get(key, [])
-    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
-        faults.add(
-            "torsional", f"{key} must be tables, but is {shown(given)}: write [[torsional.{key}]]"
-        )
-        return []
-    return [(f"torsional.{key}, entry {i + 1}", one) for i, one in enumerate(given)]
-
-
 def _excitation(table: dict, place: str, machine: Machine, faults: Faults) -> Exciting | None:
     before = len(faults.sentences)
     faults.unknown_keys(place, table, _EXCITATION)
-    ask = _Reader(table, place, faults)
+    ask = Reader(table, place, faults)
     stations = machine.wiring.stations[: len(machine.stations)]
     name, station = ask.name("name"), ask.name("station", stations)
     order, frequency = ask.positive("order", ""), ask.positive("frequency", "Hz")
@@ -236,7 +165,7 @@ def _excitation(table: dict, place: str, machine: Machine, faults: Faults) -> Ex
 def _shaft(table: dict, place: str, machine: Machine, faults: Faults) -> StrengthOfShaft | None:
     before = len(faults.sentences)
     faults.unknown_keys(place, table, _SHAFT)
-    ask = _Reader(table, place, faults)
+    ask = Reader(table, place, faults)
     name = ask.name("name", tuple(torque_carriers(machine)))
     of, unit = _quantity_of(table.get("amplitudes"))
     amplitudes, cycles = ask.row("amplitudes", unit), ask.row("cycles", "")
