@@ -19,6 +19,7 @@ from ..core.quick import lightly_compiled, traced
 from ..core.result_text import shows
 from ..elements.bearings.support import LinearSupport
 from ..linear.condensing import condensed_below
+from ..linear.coordinates import coordinate_order
 from ..linear.eigen import eigensystem
 from ..linear.linearise import LinearModel, check_linearized, linearize, oscillating
 from ..linear.modes import STRAIGHT, shares_of, whirl_of
@@ -69,14 +70,15 @@ def anticipated_cross_coupling(
     return constant * density_ratio * torque / (diameter * jnp.asarray(height, float))
 
 
-def _places(machine: Machine, model: LinearModel, at: Any) -> tuple[tuple[str, ...], Array]:
+def _places(machine: Machine, at: Any) -> tuple[tuple[str, ...], Array]:
     """Stations and their shares of the cross coupling, summing up to 1. Raises `InputError`."""
+    labels = coordinate_order(machine)[3]
     given = {at: 1.0} if isinstance(at, str) else at
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"place must be a station or a mapping station -> share, but is {given!r}")
     for station, share in given.items():
-        if (station, "x") not in model.coordinates or (station, "y") not in model.coordinates:
-            known_ = sorted({s for s, c in model.coordinates if c == "x"})
+        if (station, "x") not in labels or (station, "y") not in labels:
+            known_ = sorted({s for s, c in labels if c == "x"})
             raise InputError(f"place: {unknown('station that can move', station, known_)}")
         number(above=0.0)(share, f"share of {station!r}")
     shares = jnp.stack([jnp.asarray(x, float) for x in given.values()])
@@ -210,11 +212,8 @@ def stability_chart(
     machine.check()
     machine = left_out(machine, without)
     speed = jnp.asarray(speed, float)
-    given = (
-        (place,) if isinstance(place, str) else tuple(place) if isinstance(place, Mapping) else ()
-    )
-    model = linearize(_reduced(machine, speed, at, given), speed, at)
-    stations, shares = _places(machine, model, place)
+    stations, shares = _places(machine, place)
+    model = linearize(_reduced(machine, speed, at, stations), speed, at)
     nothing = jnp.asarray(jnp.nan)
     expected = nothing if anticipated is None else jnp.asarray(anticipated, float)
     grid = None if cross_couplings is None else jnp.atleast_1d(jnp.asarray(cross_couplings, float))
