@@ -400,3 +400,21 @@ def test_figures(disc):
     assert "region A" in [t.get_text() for t in chart.plot.screening().texts]
     case, *_ = st.unbalance_cases(rotor((0, 8)), 9000 * RPM, count=1)
     assert any("n4" in t.get_text() for t in case.plot().texts)
+
+
+def test_heavily_damped_modes_hide_no_whirl():
+    """A disc that hardly swings (4/5 of the critical damping, 50 rad/s) beside one that does (1/20, 100),
+    joined by next to nothing: the log decrement is the second one's, 2 pi z/sqrt(1 - z²)."""
+    disc = jr.Rotor(1.0, 0.01, 0.006)
+
+    def support(w, z):
+        k, c = w**2, 2 * z * w
+        return jr.LinearSupport([k, k, 1e3, 1e3, 1e3, 0], [c, c, 1, 1, 1, 0])
+
+    machine = jr.Machine.in_line(
+        {"heavy": disc, "shaft": jr.Shaft(1.0, 0.001), "light": disc},
+        attachments={"s1": (support(50.0, 0.8), "heavy"), "s2": (support(100.0, 0.05), "light")},
+        prescribed={"heavy": {"phi": jr.ConstantSpeed(150.0)}},
+    )
+    (found,) = st.level_two(machine, 150.0, at=AT).findings
+    assert float(found.value) == pytest.approx(2 * np.pi * 0.05 / np.sqrt(1 - 0.05**2), rel=0.01)

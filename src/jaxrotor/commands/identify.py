@@ -75,6 +75,8 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
     assert study.identify is not None
     curves: dict[str, LikelihoodProfile] = {}
     by_profile = _write(study, found, curves, folder, force)
+    if not quiet:
+        print(found, flush=True)  # profiles take longer than all before
     if study.identify.profile and not found.interrupted:
         blind = {path for direction in found.blind for path in direction}
         seen = [path for path in found.paths if path not in blind]
@@ -83,8 +85,6 @@ def run_identify(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"the estimates are in {folder}/, without profiles") from None
         by_profile = _write(study, found, curves, folder, True)
-    if not quiet:
-        print(found)
     if found.interrupted:
         raise KeyboardInterrupt(f"the estimates so far, unfinished, are in {folder}/")
     if by_profile and not quiet:

@@ -38,6 +38,7 @@ BOUNDARY = ((0.0, 2.5), (16.53, 2.5), (60.0, 2.0), (60.0, 0.0))
 _DOUBLINGS, _SECANTS = 30, 25
 _POINTS = 21
 _REACH = 2.0  # times the speed
+_HEAVY = 0.5  # damping ratio of what is no whirl any more
 _POSITIVE = number(above=0.0)
 
 
@@ -116,7 +117,8 @@ class _Loaded(eqx.Module):
 
 def lowest_forward(model: LinearModel, values: Any, right: Any, xp: Any) -> tuple[Any, Any]:
     """Which eigenvalue is that of the lowest lateral mode that does not whirl backward, and whether there is
-    one; of NumPy's or JAX's arrays."""
+    one; of NumPy's or JAX's arrays. Modes damped by half of the critical damping and more count where there
+    are no others alone: they are no whirl that a seal could drive."""
     swings = oscillating(model.A, model.M, values, right)
     shapes = right[: model.M.shape[0]]
     each = shares_of(model.coordinates, model.M, shapes)
@@ -124,6 +126,8 @@ def lowest_forward(model: LinearModel, values: Any, right: Any, xp: Any) -> tupl
     sense: Any = xp.where(model.spins < 0, -1.0, 1.0)
     whirl = whirl_of(model.coordinates, abs(xp.diag(model.M)), shapes, sense)
     wanted = swings & lateral & (whirl > -STRAIGHT)
+    light = wanted & (-values.real < _HEAVY * abs(values))
+    wanted = xp.where(xp.any(light), light, wanted)
     return xp.argmin(xp.where(wanted, values.imag, xp.inf)), xp.any(wanted)
 
 
@@ -204,7 +208,8 @@ def stability_chart(
     `chart.level_one` holds the screening: Q_0/Q_A at least `least_ratio`, and at least `screened_ratio` in
     region B of the chart of density and ratio (the same as asking for level 2 between the two); log
     decrement at Q_A at least `least_decrement`. `turbine`: the last one alone. What is not met asks for
-    level 2. The mode is the lowest lateral one that does not whirl backward. Exact derivatives in both modes
+    level 2. The mode is the lowest lateral one that does not whirl backward, damped by less than half of
+    the critical damping where there is one. Exact derivatives in both modes
     (Q_0 by the implicit function theorem; the region has none). Raises `InputError` for names and numbers
     that are none.
     """
@@ -368,8 +373,9 @@ def rigid_critical_speed(
 def level_two(
     machine: Machine, speed: Any, *, least_decrement: Any = 0.1, at: Any = "equilibrium"
 ) -> Assessment:
-    """Level 2: the log decrement of the lowest forward lateral mode at `speed` (rad/s) with all that stands
-    in the machine, its seals and destabilising parts, is at least `least_decrement`. Exact derivatives in
+    """Level 2: the log decrement of the lowest forward lateral mode at `speed` (rad/s; the same as of
+    `stability_chart`) with all that stands in the machine, its seals and destabilising parts, is at least
+    `least_decrement`. Exact derivatives in
     both modes. Raises `InputError` for another `at`, and for a speed that is not finite."""
     model = linearize(machine, jnp.asarray(speed, float), at)
     loaded = _Loaded(model, jnp.zeros_like(model.A))
