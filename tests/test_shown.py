@@ -1,6 +1,7 @@
 """What parts and machines show of themselves: values that read back, no more than a screen."""
 
 import re
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -25,6 +26,8 @@ NUMBER = r"-?[\d.]+(?:e[+-]?\d+)?"
 def machines(tmp_path_factory):
     """Of the configs, their machines alone: what they are asked for takes longer to read."""
     folder, found = tmp_path_factory.mktemp("machines"), {}
+    for own in CONFIGS[0].parent.glob("*.py"):  # laws of one's own stand beside their study
+        shutil.copy(own, folder)
     for config in CONFIGS:
         section = tomllib.loads(config.read_text(encoding="utf-8"))["machine"]
         path = folder / config.name
