@@ -305,11 +305,7 @@ def test_vectors_refused(tmp_path, old, new, words):
         written(tmp_path, RECORD.replace(old, new))
 
 
-def test_a_study_has_tracking_filters(tmp_path):
-    """From TOML: the sensor with its filter, and records of vectors; an unknown kind is told."""
-    written(tmp_path)
-    study = tmp_path / "study.toml"
-    text = """
+MACHINE = """
 [machine]
 prescribed = { disc = { phi = { kind = "ConstantSpeed", speed = "150 rad/s" } } }
 [[machine.line]]
@@ -327,6 +323,22 @@ damping = ["60 N*s/m", "60 N*s/m", "1 N*s/m", "1 N*m*s/rad", "1 N*m*s/rad", "0 N
 [simulation]
 t_end = "1 s"
 sample_rate = "1 kHz"
+"""
+# The same, from a worse start, its unbalance told but for its size.
+BALANCED = (
+    MACHINE.replace('"0.012 kg*m^2"', '"0.012 kg*m^2"\nunbalance = { angle = "0.7 rad" }')
+    .replace('["1e5 N/m", "1e5 N/m"', '["1.3e5 N/m", "1.1e5 N/m"')
+    .replace("60 N*s/m", "90 N*s/m")
+)
+
+
+def test_a_study_has_tracking_filters(tmp_path):
+    """From TOML: the sensor with its filter, and records of vectors; an unknown kind is told."""
+    written(tmp_path)
+    study = tmp_path / "study.toml"
+    text = (
+        MACHINE
+        + """
 [identify]
 records = ["bode.toml"]
 [identify.sensors.polar]
@@ -339,6 +351,7 @@ mark = "10 deg"
 path = "springs.stiffness[0]"
 positive = true
 """
+    )
     study.write_text(text)
     channel = jr.load(study).identify.sensors["polar"]
     assert isinstance(channel, TrackingFilter) and channel.unit == "um"
@@ -376,25 +389,9 @@ unit = "mil"
 "disc.unbalance.eccentricity" = { column = "u", unit = "g*mm/kg" }
 """
 
-BALANCING = """
-[machine]
-prescribed = { disc = { phi = { kind = "ConstantSpeed", speed = "150 rad/s" } } }
-[[machine.line]]
-name = "disc"
-kind = "Rotor"
-mass = "2 kg"
-polar_inertia = "0.02 kg*m^2"
-transverse_inertia = "0.012 kg*m^2"
-unbalance = { angle = "0.7 rad" }
-[[machine.attachments]]
-name = "springs"
-kind = "LinearSupport"
-at = "disc"
-stiffness = ["1.3e5 N/m", "1.1e5 N/m", "1e5 N/m", "1e3 N*m/rad", "1e3 N*m/rad", "0 N*m/rad"]
-damping = ["90 N*s/m", "90 N*s/m", "1 N*s/m", "1 N*m*s/rad", "1 N*m*s/rad", "0 N*m*s/rad"]
-[simulation]
-t_end = "1 s"
-sample_rate = "1 kHz"
+BALANCING = (
+    BALANCED
+    + """
 [identify]
 responses = ["trials.toml"]
 profile = false
@@ -427,6 +424,7 @@ path = "a.mark"
 circular = true
 also = { "b.mark" = 1.0 }
 """
+)
 
 
 def steady_files(folder, identified, steady=STEADY):

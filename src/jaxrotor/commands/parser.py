@@ -249,6 +249,15 @@ what it writes, without --init:
 """
 
 
+def _writes(command: argparse.ArgumentParser, name: str, quiet: str) -> None:
+    """What a command takes that writes a folder of its own."""
+    command.add_argument(
+        "--out", metavar="DIR", type=Path, help=f"folder (default: results/<study>_{name})"
+    )
+    command.add_argument("--quiet", action="store_true", help=quiet)
+    command.add_argument("--force", action="store_true", help="write into a folder in use")
+
+
 def parser() -> argparse.ArgumentParser:
     raw = argparse.RawDescriptionHelpFormatter
     top = argparse.ArgumentParser(
@@ -328,11 +337,7 @@ def parser() -> argparse.ArgumentParser:
     torsion.add_argument(
         "--no-run", action="store_true", help="leave the start out: run nothing of [simulation]"
     )
-    torsion.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_torsional)"
-    )
-    torsion.add_argument("--quiet", action="store_true", help="no progress bar")
-    torsion.add_argument("--force", action="store_true", help="write into a folder in use")
+    _writes(torsion, "torsional", "no progress bar")
     judged = command(
         "assess",
         "hold the machine against API and ISO, as [standards] asks: limits, verdicts, what helps",
@@ -358,20 +363,12 @@ def parser() -> argparse.ArgumentParser:
     found = command(
         "identify", "find parameters from measured runs, as [identify] in the study asks"
     )
-    found.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_identify)"
-    )
-    found.add_argument("--quiet", action="store_true", help="no progress bar, no table")
-    found.add_argument("--force", action="store_true", help="write into a folder in use")
+    _writes(found, "identify", "no progress bar, no table")
     best = command(
         "optimize", "find the best design under constraints, as [optimize] in the study asks"
     )
     best.epilog = _OPTIMIZE
-    best.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_optimize)"
-    )
-    best.add_argument("--quiet", action="store_true", help="no progress bar, no table")
-    best.add_argument("--force", action="store_true", help="write into a folder in use")
+    _writes(best, "optimize", "no progress bar, no table")
     many = command(
         "sweep",
         "run a machine many times over, with scatter or on a grid, as [sweep] in the study asks",

@@ -13,6 +13,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..core.result_text import shows
+from ..elements.rotors.unbalance import Unbalance
 from .finding import Assessment, Finding
 
 SOURCE = "ISO 21940-11:2016 (e_per omega = G; rule as commonly restated, text not seen)"
@@ -28,7 +29,7 @@ def permissible_unbalance(mass: Any, speed: Any, grade: Any = 2.5) -> Float[Arra
     """Permissible residual unbalance of a rotor, kg·m (1 g·mm is 1e-6): `grade` (mm/s, 2.5 for G 2.5) over
     the highest speed of service (rad/s), times its mass (kg). Raises `InputError` for what is not positive.
     Source: ISO 21940-11, e_per omega = G."""
-    return 1e-3 * jnp.asarray(grade, float) * mass / speed
+    return mass * Unbalance.from_grade(grade, speed).eccentricity
 
 
 @takes(unbalance=None, planes=numbers("m", size=2), centre=number("m"))
