@@ -74,12 +74,14 @@ def test_unbalance_response(rotor, machine):
 
 def test_log_decrement_of_level_two(rotor, machine):
     """Of the lowest mode that does not whirl backward, with all seals: as its report of the standards takes
-    it."""
+    it. Modes damped by half of the critical and more are not what a rotor becomes unstable in, and
+    are passed over."""
     name, theirs = rotor
     if name != "compressor_example":
         pytest.skip("one with seals")
     modal = theirs.run_modal(speed=500.0)
-    expected = modal.log_dec[modal.whirl_direction() != "Backward"][0]
+    light = (modal.whirl_direction() != "Backward") & (modal.damping_ratio < 0.5)
+    expected = modal.log_dec[light][0]
     (found,) = jr.standards.level_two(machine, 500.0, at="undeformed").findings
     assert float(found.value) == pytest.approx(expected, rel=1e-5)
 
