@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 from ..core.parameter import numbers
 from ..linear.eigen import eigensystem_numbers
-from ..linear.linearise import models_at, models_over_speed
+from ..linear.linearise import models_at, rates_over_speed
 from ..linear.resolvent import resolvent
 from ..linear.slopes import Form
 from ..linear.torsion import torsional
@@ -68,15 +68,12 @@ class Whirl:
         run, seen = excited(self.machine, unbalance, probes, float(speeds.max()), at)
         self.probes = probes
         self.seen = [Rows(*map(numbers, one)) for one in seen]
-        self.models = models_over_speed(
-            self.machine, np.linspace(speeds.min(), speeds.max(), 9), at
-        )
+        self.rates = rates_over_speed(self.machine, np.linspace(speeds.min(), speeds.max(), 9), at)
         self.forces = numbers(run.forces)
 
     def _motion(self, w: float) -> tuple[np.ndarray, np.ndarray]:
-        model = self.models(w)
-        A, n = np.asarray(model.A), self.forces.size
-        return A, resolvent(A, n, 1j * w, w**2 * (np.asarray(model.B) @ self.forces))
+        (A, B), n = self.rates(w), self.forces.size
+        return A, resolvent(A, n, 1j * w, w**2 * (B @ self.forces))
 
     def level(self, w: float, seen: Rows) -> float:
         """log of what a probe reads."""
@@ -99,7 +96,7 @@ class Whirl:
         found = (Term(1.0, self.given, self.at, Form(w, left, x, w**2 * self.forces)),)
         if self.unbalance is not None:
             return found
-        back = w**2 * (left @ np.asarray(self.models(w).B))
+        back = w**2 * (left @ self.rates(w)[1])
 
         def own(machine: Machine) -> Array:
             run: Excited = excited(machine.full(), None, self.probes, w, self.at)[0]
