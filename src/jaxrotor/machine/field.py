@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.columns import columns
-from ..core.kinematics import from_turning, turning_lead_rates, with_last
+from ..core.kinematics import from_turning, turning_lead_acceleration, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .picked import picked
 from .ports import ports, shift_of, spread
@@ -60,7 +60,7 @@ class Evaluation(NamedTuple):
         if not invariant:
             return self.q, self.v, self.a
         q, v = from_turning(self.q, self.v)
-        return q, v, with_last(self.a, self.a[5] - turning_lead_rates(q, v, self.a)[1])
+        return q, v, with_last(self.a, self.a[5] - turning_lead_acceleration(q, v, self.a))
 
 
 def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:
