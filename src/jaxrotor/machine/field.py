@@ -185,9 +185,9 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
         spin: Any = np.array([p // layout.n_mass == 5 for p in held], float)
         if system.turn is not None:
             spin = spin * system.turn[np.array([p % layout.n_mass for p in held])]
-        at = np.argsort(np.array([*layout.free, *held]))
+        at, still = np.argsort(np.array([*layout.free, *held])), 0.0 * t
         u, s = (
-            picked(_join(x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]), at)
+            picked(_join(x, jnp.stack([g[i] + still for g in given]) - spin * reference[i]), at)
             for i, x in enumerate((u, s))
         )
     return u.reshape(6, n // 6), s.reshape(6, n // 6), z

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.gate import takes
-from ...core.kinematics import Rows, Tilt, Vector, dot, from_tilted, rotation, rows
+from ...core.kinematics import Rows, Tilt, Vector, dot, rotation, rows
 from ...core.parameter import parameter
 from ...core.part import Part
 from ...core.protocol import AbstractInertia, Ended, Nominal, Vec6
@@ -156,6 +156,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port == "mass_centre":
             return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
+        q = rows(q)
         along = jnp.zeros_like(q[0])
         if port in ("left", "right") and self.ends is not None:
             along = -self.ends[0] if port == "left" else self.ends[1]
@@ -163,14 +164,15 @@ class Rotor(AbstractInertia, Ended, Nominal):
         if port == "":
             return shape
         zero = jnp.zeros_like(q[0])
-        axis = from_tilted(Tilt.of(q[3], q[4]), (zero, zero, along))
-        end = jnp.stack([axis[0], axis[1], axis[2] - along, zero, zero, zero])
+        sp, cp, st, ct = Tilt.of(q[3], q[4])
+        # the axis, tilted, less itself
+        end = jnp.stack([along * st, -along * sp * ct, along * (cp * ct - 1.0), zero, zero, zero])
         return end if shape is None else end + shape
 
     def end(self, side: str) -> str:
         return "" if self.ends is None else f".{side}"
 
-    def _shape(self, q: Vec6, along: Array) -> Vec6 | None:
+    def _shape(self, q: Rows, along: Array) -> Vec6 | None:
         """Less the stress-free displacement of the imperfect rotor, `along` its axis from C."""
         if self.imperfection is None:
             return None
