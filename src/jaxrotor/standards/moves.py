@@ -33,11 +33,16 @@ class Rows(NamedTuple):
     other: np.ndarray
 
 
-class Sizes(NamedTuple):
-    """A number that masses and lengths alone decide, as `function` of the machine tells it, which cannot be
-    traced."""
+# Of what decides weights and where they are.
+SIZES = ("kg", "m", "kg/m^3")
+
+
+class Numbers(NamedTuple):
+    """A number that `function` of the machine tells, which is not traced: it is known how parameters in
+    `units` move it by differences; `None`: in any but angles."""
 
     function: Callable[[Machine], float]
+    units: tuple[str, ...] | None
 
 
 class Term(NamedTuple):
@@ -46,7 +51,7 @@ class Term(NamedTuple):
     weight: float
     machine: Machine
     at: Any
-    form: Form | Sizes | Callable[[Machine], Array]
+    form: Form | Numbers | Callable[[Machine], Array]
 
 
 Moves = tuple[Term, ...]
