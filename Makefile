@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint matrix benchmark benchmark-check clean
+.PHONY: help demo test lint matrix wheels benchmark benchmark-check clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -24,6 +24,9 @@ lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
 
 matrix: ## the tests on each Python and JAX that is supported, as far as this machine has them
 	WORKERS=$(WORKERS) PYTEST_ARGS="$(PYTEST_ARGS)" .ci/matrix
+
+wheels: ## the wheel in empty environments: each Python, oldest and newest of what it needs
+	.ci/wheels
 
 benchmark: $(VENV)/.benchmarks $(VENV)/.interop ## time the program beside its peers
 	for name in vector_field startup fitted estimates growth linear campbell identification uncertainty stiff sweep; do $(BIN)/python benchmarks/$$name.py || exit 1; done
