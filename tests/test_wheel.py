@@ -1,5 +1,5 @@
-"""The wheel in an empty environment: what is in it, that importing it asks no network, README's first example as
-it is written. On other Pythons and with the oldest releases: `make wheels`."""
+"""The wheel in an empty environment: what is in it, that importing it asks no network, README's first example
+as it is written. On other Pythons and with the oldest releases: `make wheels`."""
 
 import os
 import re
