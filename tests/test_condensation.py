@@ -170,7 +170,7 @@ def test_a_run_is_the_same(pair):
     ):
         a, b = (np.asarray(getattr(r[name], what)) for r in (whole, few))
         assert np.abs(b - a).max() < 1e-5 * np.abs(a).max(), (name, what)
-    audit = jr.energy_audit(reduced, 0.12, 2000.0)
+    audit = jr.energy_audit(reduced, simulation)
     assert audit.relative < 1e-7
 
 

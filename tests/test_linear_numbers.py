@@ -174,6 +174,7 @@ def test_degrees():
     assert told(lambda w, x: jax.jit(lambda w: w[:2] * w[1])(w), 1, 0) == 2
     assert told(lambda w, x: jnp.linalg.solve(jnp.diag(x), w * w), 1, 0) == 2
     assert told(lambda w, x: jnp.zeros(4).at[1:].add(w), 1, 0) == 1
+    assert told(lambda w, x: jnp.stack([w[0] * a for a in jnp.unstack(w)]), 1, 0) == 2
     assert told(lambda w, x: jnp.cos(x), 1, 0) == 0
     for other in (
         lambda w, x: jnp.tanh(w),

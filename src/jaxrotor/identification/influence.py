@@ -209,8 +209,10 @@ def _fitted(U, Y, there, alike, mean, precision, planes: int, tail: float) -> tu
     for _ in range(_ITERATIONS):
         before = A
         H = np.diag(precision).astype(complex)
-        for own in daily.T:
-            H[np.ix_(own, own)] += np.linalg.inv(S) / unrest
+        if planes < p:
+            apart = np.linalg.inv(S) / unrest
+            for own in daily.T:
+                H[np.ix_(own, own)] += apart
         A, covariance, filled, spare = _regressed(
             U, Y, alike, S, weights, H, precision * mean.ravel()
         )
@@ -275,39 +277,50 @@ def _regressed(U, Y, alike, S, weights, H, g) -> tuple:
     """Coefficients (m, p), their covariance (m p, m p), vectors with the missing ones as they are expected,
     and what these leave uncertain (m, m) in the sum of squares. `H`, `g`: what was known before."""
     p, m = U.shape[1], Y.shape[1]
-    for rows, t in alike:
-        W, u = np.zeros((m, m), complex), U[rows]
-        W[np.ix_(t, t)] = np.linalg.inv(S[np.ix_(t, t)])
-        weighed = weights[rows, None] * u.conj()
-        H += np.kron(W, weighed.T @ u)
-        g = g + (W @ np.where(t, Y[rows], 0.0).T @ weighed).ravel()
-    covariance = np.linalg.inv(H)
-    A = (covariance @ g).reshape(m, p)
-    filled, spare = Y.copy(), np.zeros((m, m), complex)
-    for rows, t in alike:
-        if not t.all():
-            gain = np.linalg.solve(S[np.ix_(t, t)].T, S[np.ix_(~t, t)].T).T
-            rest = (Y[np.ix_(rows, t)] - U[rows] @ A[t].T) @ gain.T
-            filled[np.ix_(rows, ~t)] = U[rows] @ A[~t].T + rest
-            left = S[np.ix_(~t, ~t)] - gain @ S[np.ix_(t, ~t)]
-            spare[np.ix_(~t, ~t)] += weights[rows].sum() * left
-    return A, covariance, filled, spare
+    which, patterns = alike
+    W, there = _weights(S, patterns), patterns[which]
+    known = np.where(there, Y, 0.0)
+    of = (which == np.arange(len(patterns))[:, None]) * weights
+    H = H.reshape(m, p, m, p)
+    for own, share in zip(W, of):
+        H = H + own[:, None, :, None] * ((share[:, None] * U.conj()).T @ U)[:, None]
+    pull = np.einsum("nij,nj->ni", W[which], known) * weights[:, None]
+    covariance = np.linalg.inv(H.reshape(m * p, m * p))
+    A = (covariance @ (g + (pull.T @ U.conj()).ravel())).reshape(m, p)
+    if patterns.all():
+        return A, covariance, Y.copy(), np.zeros((m, m), complex)
+    gain, expected = S @ W, U @ A.T  # of what is there, upon what is missing
+    rest = np.einsum("nij,nj->ni", gain[which], np.where(there, Y - expected, 0.0))
+    left = np.where(~patterns[:, :, None] & ~patterns[:, None], S - gain @ S, 0.0)
+    spare = np.tensordot(of.sum(axis=1), left, 1)
+    return A, covariance, np.where(there, Y, expected + rest), spare
 
 
 def _distances(R, alike, S) -> tuple[np.ndarray, float]:
     """(n,): r^H S^-1 r of each run, as far as its vectors are there; and the sum of their log det S."""
-    size, volume = np.zeros(len(R)), 0.0
-    for rows, t in alike:
-        r, s = R[np.ix_(rows, t)], S[np.ix_(t, t)]
-        size[rows] = np.real(np.sum(r.conj() * np.linalg.solve(s, r.T).T, axis=1))
-        volume += len(rows) * np.linalg.slogdet(s)[1]
-    return size, volume
+    which, patterns = alike
+    r = np.where(patterns[which], R, 0.0)
+    size = np.real(np.einsum("ni,nij,nj->n", r.conj(), _weights(S, patterns)[which], r))
+    return size, float(np.linalg.slogdet(_known_part(S, patterns))[1][which].sum())
 
 
-def _alike(there: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Runs that lack the same vectors: their numbers, and which are there."""
+def _known_part(S: np.ndarray, patterns: np.ndarray) -> np.ndarray:
+    """For each pattern S of the vectors that are there, and the identity of those that are missing."""
+    both = patterns[:, :, None] & patterns[:, None]
+    return np.where(both, S, np.eye(len(S)))
+
+
+def _weights(S: np.ndarray, patterns: np.ndarray) -> np.ndarray:
+    """Its inverse, nothing of those that are missing."""
+    both = patterns[:, :, None] & patterns[:, None]
+    return np.where(both, np.linalg.inv(_known_part(S, patterns)), 0.0)
+
+
+def _alike(there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Runs that lack the same vectors: of each run its pattern's number, and of each pattern which are
+    there."""
     patterns, which = np.unique(there, axis=0, return_inverse=True)
-    return [(np.flatnonzero(which.ravel() == k), t) for k, t in enumerate(patterns)]
+    return which.ravel(), patterns
 
 
 def _scatter(R: np.ndarray, weights: np.ndarray, spare: np.ndarray, degrees: int, few: bool):

@@ -34,8 +34,8 @@ def held_acceleration(
     # one trace for both: the acceleration of the free body, and what each reaction adds to it
     free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[np.array(held)])
     # number by number: a scatter would keep a loop around it from being one kernel
-    free, by, given = rows(free), [rows(x) for x in rows(columns)], rows(given)
-    reaction = _solve([by[i] for i in held], [given[k] - free[i] for k, i in enumerate(held)])
+    free, by, values = rows(free), [rows(x) for x in rows(columns)], rows(given)
+    reaction = _solve([by[i] for i in held], [values[k] - free[i] for k, i in enumerate(held)])
     acceleration = [
         given[held.index(i)] if i in held else free[i] + sum(c * r for c, r in zip(by[i], reaction))
         for i in range(6)

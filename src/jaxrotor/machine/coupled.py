@@ -70,7 +70,7 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
 
     per = jnp.unstack(mobility.transpose(1, 2, 0))
 
-    def moved_by(forces):
+    def moved_by(forces: Array) -> Any:
         own = jnp.unstack(_six(forces), axis=1)
         parts = [a[:, :, None] * f[:, None] for a, f in zip(per, own)]
         return sum(parts[1:], parts[0]).reshape(forces.shape)

@@ -156,15 +156,15 @@ class Rotor(AbstractInertia, Ended, Nominal):
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port == "mass_centre":
             return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
-        q = rows(q)
-        along = jnp.zeros_like(q[0])
+        place = rows(q)
+        along = jnp.zeros_like(place[0])
         if port in ("left", "right") and self.ends is not None:
             along = -self.ends[0] if port == "left" else self.ends[1]
-        shape = self._shape(q, along)
+        shape = self._shape(place, along)
         if port == "":
             return shape
-        zero = jnp.zeros_like(q[0])
-        sp, cp, st, ct = Tilt.of(q[3], q[4])
+        zero = jnp.zeros_like(place[0])
+        sp, cp, st, ct = Tilt.of(place[3], place[4])
         # the axis, tilted, less itself
         end = jnp.stack([along * st, -along * sp * ct, along * (cp * ct - 1.0), zero, zero, zero])
         return end if shape is None else end + shape
