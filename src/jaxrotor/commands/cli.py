@@ -22,6 +22,7 @@ from ..core.interrupt import (
     time_limit,
 )
 from ..core.version import installed_version
+from .made import by_command
 from .parser import parser
 
 OK, INPUT, FAILED = 0, 2, 3
@@ -55,7 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "sweep": _sweep,
             "record": _record,
         }
-        with time_limit(limit):
+        told = sys.argv[1:] if arguments is None else arguments
+        with time_limit(limit), by_command(told):
             return commands[given.command](given)
     except JaxrotorError as error:
         for problem in error.problems:
@@ -213,9 +215,19 @@ def _assess(given: argparse.Namespace) -> int:
 
 
 def _report(given: argparse.Namespace) -> int:
+    place: Path = given.study
+    if place.suffix.lower() != ".toml":
+        if given.standard is not None:
+            raise InputError(
+                f"`--standard`: goes with a study, STUDY.toml, but `{place}` is none: leave it out for the "
+                "page of a result"
+            )
+        from .report_result import report_result
+
+        return report_result(place, given.out, given.quiet)
     from .report import run_report
 
-    study = _load(given.study, run=False)
+    study = _load(place, run=False)
     return run_report(study, given.out, not given.no_gradients, given.quiet)
 
 

@@ -212,15 +212,30 @@ docs/standards.md says where each rule was read.
 
 
 _REPORT = """\
-Assesses as `jaxrotor assess` does, and lays it out in the order of the field: static deflection and bearing
-loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins, orbits,
-stability of levels 1 and 2, torsion, summary.
+RESULT is a folder that a command wrote, or a file in it; it becomes one page: the machine, figures that zoom
+and tell their values, orbits, a waterfall, the machine in motion with its whirl exaggerated, tables to copy or
+sort, warnings, the study as it was written and how it was made. Needs plotly: pip install "jaxrotor[report]".
+
+  jaxrotor run configs/two_rotor_startup.toml
+  jaxrotor report results/two_rotor_startup        writes results/two_rotor_startup.html
+
+STUDY.toml is assessed as `jaxrotor assess` does, and laid out in the order of the field: static deflection and
+bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins,
+orbits, stability of levels 1 and 2, torsion, summary.
 
 what it writes:
-  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep
+  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep; it needs no network
 
-exit status: as of `jaxrotor assess`.
+exit status: of a result 0; of a study as of `jaxrotor assess`.
 """
+
+# What is named after a command, where it is more than a study.
+_TAKES = {
+    "report": (
+        "RESULT",
+        "a folder of results or a file in it; or a study (.toml) with [standards], to be assessed",
+    )
+}
 
 
 _RECORD = """\
@@ -270,7 +285,8 @@ def parser() -> argparse.ArgumentParser:
         sub = commands.add_parser(
             name, help=words, description=f"{words[0].upper()}{words[1:]}.", formatter_class=raw
         )
-        sub.add_argument("study", metavar="STUDY", type=Path, help="a study file (.toml)")
+        what = _TAKES.get(name, ("STUDY", "a study file (.toml)"))
+        sub.add_argument("study", metavar=what[0], type=Path, help=what[1])
         return sub
 
     run = command("run", "simulate a study; write data, summary and figures")
@@ -346,13 +362,16 @@ def parser() -> argparse.ArgumentParser:
     judged.add_argument(
         "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_assess)"
     )
-    report = command("report", "the assessment as one document, in the order of the field")
+    report = command("report", "a result as one page, or the assessment of a study as a document")
     report.epilog = _REPORT
     report.add_argument(
-        "--standard", choices=("api617",), default="api617", help="whose order (default: api617)"
+        "--standard", choices=("api617",), help="of a study: whose order (default: api617)"
     )
     report.add_argument(
-        "--out", metavar="FILE", type=Path, help="file (default: results/<study>_report.html)"
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="file (default: <result>.html, or results/<study>_report.html)",
     )
     judged.add_argument("--force", action="store_true", help="write into a folder in use")
     for each in (judged, report):
