@@ -212,19 +212,19 @@ docs/standards.md says where each rule was read.
 
 
 _REPORT = """\
-RESULT is a folder that a command wrote, or a file in it; it becomes one page: the machine, figures that zoom
-and tell their values, orbits, a waterfall, the machine in motion with its whirl exaggerated, tables to copy or
-sort, warnings, the study as it was written and how it was made. Needs plotly: pip install "jaxrotor[report]".
+RESULT is a folder that a command wrote, or a file in it; it becomes one page: the machine, figures that
+zoom and tell their values, orbits, a waterfall, the machine in motion with its whirl exaggerated, tables to
+copy or sort, warnings, the study as it was written and how it was made. Needs plotly: pip install "jaxrotor[report]".
 
   jaxrotor run configs/two_rotor_startup.toml
   jaxrotor report results/two_rotor_startup        writes results/two_rotor_startup.html
 
-STUDY.toml is assessed as `jaxrotor assess` does, and laid out in the order of the field: static deflection and
-bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins,
+STUDY.toml is assessed as `jaxrotor assess` does, and laid out in the order of the field: static deflection
+and bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins,
 orbits, stability of levels 1 and 2, torsion, summary.
 
 what it writes:
-  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep; it needs no network
+  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep; no network
 
 exit status: of a result 0; of a study as of `jaxrotor assess`.
 """

@@ -1,1 +1,1 @@
-"""Results as one HTML page that needs nothing else: figures that zoom, tables, the study as it was written."""
+"""Results as one HTML page that needs nothing else: figures that zoom, tables, the study as written."""

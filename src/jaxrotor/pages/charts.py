@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..plot.chart import turning_points
+from ..plot.style import turning_points
 from .thin import envelope, thinned
 
 # Readable on white and on black; a quantity has one colour throughout a page.

@@ -133,10 +133,11 @@ def _fits(result: Result) -> tuple[list[Part], list[str]]:
         parts.append(Interactive(f"{name}{chance}", stacked(panels, label, ends)))
     if len(channels) > _MOST:
         parts.append(Words(f"The first {_MOST} of {len(channels)} channels; {_FIT} has all."))
+    numbers = ("std", "rms_residual", "white")
     rows = [
-        (c["run"], c["channel"], c["unit"] or "-", _short(c["std"]), _short(c["rms_residual"]), _short(c["white"]))
+        (c["run"], c["channel"], c["unit"] or "-", *(_short(c[key]) for key in numbers))
         for c in result.summary["channels"]
-    ]  # fmt: skip
+    ]
     header = (
         "run",
         "channel",

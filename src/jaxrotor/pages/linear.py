@@ -89,8 +89,8 @@ def _campbell(result: Result) -> tuple[list[Part], list[str]]:
     _weigh(spec, 1.9)
     _keyed(spec, {_kind_of(c.colour) for c in curves})
     words = (
-        "Natural frequencies over speed; blue: forward, orange dashed: backward, green: torsional, grey: mixed. "
-        "Diamonds: critical speeds, undamped"
+        "Natural frequencies over speed; blue: forward, orange dashed: backward, green: torsional, grey: "
+        "mixed. Diamonds: critical speeds, undamped"
     )
     parts: list[Part] = [Interactive(words, spec)]
     for key, speeds in critical.items():

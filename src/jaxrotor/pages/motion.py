@@ -8,7 +8,7 @@ import numpy as np
 
 from ..machine.machine import Machine
 from ..plot.labels import number
-from ..plot.machine import positions
+from ..plot.lanes import positions
 from .charts import BLUE, GREY, ORANGE, plain, translucent
 from .page import Interactive
 
@@ -107,8 +107,8 @@ def animated(machine: Machine, names: Sequence[str], course: Course) -> Interact
     }
     words = (
         f"The run in slow motion, displacements {number(size)} times as large; thin: the orbit of the turn, "
-        "dashed: the axis. Each picture is an instant of the run, taken a little later in the turn than the one "
-        "before, as by a stroboscope"
+        "dashed: the axis. Each picture is an instant of the run, taken a little later in the turn than the "
+        "one before, as by a stroboscope"
     )
     return Interactive(words, {"data": data, "layout": layout, "frames": frames})
 

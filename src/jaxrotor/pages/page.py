@@ -17,7 +17,7 @@ _LOOKS = {"NOT MET": "bad", "met": "good"}
 
 
 class Figure(NamedTuple):
-    """`draw` returns axes of matplotlib, or the bytes of a PNG. `vector`: embedded as SVG, sharp at any size."""
+    """`draw` returns axes of matplotlib, or the bytes of a PNG. `vector`: as SVG, sharp at any size."""
 
     caption: str
     draw: Callable[[], Any]

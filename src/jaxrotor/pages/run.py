@@ -168,9 +168,9 @@ def _glance(samples: Samples, result: Result) -> list[Part]:
     if n > 2 * STRETCHES + 2:
         parts.append(
             Words(
-                f"Of each curve of {n} samples the least and the greatest value of each of {STRETCHES} stretches "
-                "are drawn: every peak is there. Where an oscillation is too dense for a line its envelope is "
-                "filled. All samples are in response.nc."
+                f"Of each curve of {n} samples the least and the greatest value of each of {STRETCHES} "
+                "stretches are drawn: every peak is there. Where an oscillation is too dense for a line its "
+                "envelope is filled, until one zooms in. All samples are in response.nc."
             )
         )
     return parts

@@ -101,9 +101,8 @@ def _histogram(name: str, data: xr.Dataset, summary: Any) -> Interactive:
     at = limit.get("at_most", limit.get("at_least"))
     if at is not None:
         line = {"color": "#D0442E", "width": 1.5, "dash": "dash"}
-        shapes = [
-            {"type": "line", "x0": size * at, "x1": size * at, "y0": 0, "y1": 1, "yref": "paper", "line": line}
-        ]  # fmt: skip
+        ends = {"x0": size * at, "x1": size * at, "y0": 0, "y1": 1, "yref": "paper"}
+        shapes = [{"type": "line", **ends, "line": line}]
         words = f"; dashed: the limit, {_kept(one)}"
     trace = {
         "type": "bar",
