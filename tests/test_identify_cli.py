@@ -156,6 +156,7 @@ def test_from_file_to_file(place, monkeypatch, capsys):
         "correlation.png",
         "cost.png",
         "profile.png",
+        "fit.csv",
         "summary.json",
         "rig_identified.toml",
     }

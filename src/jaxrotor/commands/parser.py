@@ -214,14 +214,15 @@ docs/standards.md says where each rule was read.
 _REPORT = """\
 RESULT is a folder that a command wrote, or a file in it; it becomes one page: the machine, figures that
 zoom and tell their values, orbits, a waterfall, the machine in motion with its whirl exaggerated, tables to
-copy or sort, warnings, the study as it was written and how it was made. Needs plotly: pip install "jaxrotor[report]".
+copy or sort, warnings, the study as it was written and how it was made. It needs plotly:
+pip install "jaxrotor[report]".
 
   jaxrotor run configs/two_rotor_startup.toml
   jaxrotor report results/two_rotor_startup        writes results/two_rotor_startup.html
 
 STUDY.toml is assessed as `jaxrotor assess` does, and laid out in the order of the field: static deflection
-and bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins,
-orbits, stability of levels 1 and 2, torsion, summary.
+and bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with
+margins, orbits, stability of levels 1 and 2, torsion, summary.
 
 what it writes:
   one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep; no network

@@ -170,9 +170,12 @@ def _response(result: Result) -> tuple[list[Part], list[str]]:
         line, _, unit = name.rpartition(", ")
         units[line] = unit
         colour = COLOURS[k % len(COLOURS)]
-        panels.setdefault(unit, []).append(Curve(line, along[order], columns[name][order], colour))
+        # y lies on x where the supports are alike
+        look = {"line": {"dash": "dash"}} if line.endswith((".y", ".theta")) else {}
+        curve = Curve(line, along[order], columns[name][order], colour, look)
+        panels.setdefault(unit, []).append(curve)
         turn = np.degrees(np.unwrap(columns[rest[2 * k + 1]][order]))
-        phases.append(Curve(line, along[order], turn, colour))
+        phases.append(Curve(line, along[order], turn, colour, look))
     drawn = []
     for unit, curves in panels.items():
         values = np.concatenate([c.y for c in curves])
@@ -180,7 +183,7 @@ def _response(result: Result) -> tuple[list[Part], list[str]]:
         top, usual = float(values.max()), float(np.median(values[values > 0], axis=None))
         wide = top > _WIDE * usual or not unbalance
         axis = {"type": "log", "exponentformat": "power"} if wide else {"rangemode": "tozero"}
-        scaled = [Curve(c.name, c.x, size * c.y, c.colour) for c in curves]
+        scaled = [Curve(c.name, c.x, size * c.y, c.colour, c.more) for c in curves]
         drawn.append(Panel("Amplitude", f"amplitude, {words}", scaled, axis))
     drawn.append(Panel("Phase", "phase, degrees", phases, {"dtick": 90}))
     x_label = "speed, rpm" if unbalance else "frequency, Hz"

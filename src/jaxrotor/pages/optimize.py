@@ -9,7 +9,7 @@ from .page import Chapter, Interactive, Part, Table
 from .parts import alike, closing_chapters, machine_chapter, told, warnings_of
 from .result import Result
 
-_MET = 1e-3
+_MET, _LEAST = 1e-3, 1e-8
 
 
 def chapters(result: Result) -> list[Chapter]:
@@ -71,8 +71,9 @@ def _history(result: Result) -> Interactive:
     panels = [Panel("Objective", f"objective, {unit}" if unit else "objective", curves, axis)]
     if np.any(missed > 0):
         look = {"mode": "lines+markers", "line": {"width": 1}}
-        bounds = [Curve("missed", at, np.maximum(missed, 0.0), GREEN, look)]
-        panels.append(Panel("Bounds missed by, as part of their limit", "part", bounds))
+        bounds = [Curve("missed", at, np.maximum(missed, _LEAST), GREEN, look)]
+        axis = {"type": "log", "exponentformat": "power"}
+        panels.append(Panel("Bounds missed by, as part of their limit", "part", bounds, axis))
     searches = int(search[-1])
     more = f" of {searches} searches, one after the other" if searches > 1 else ""
     words = f"{number(float(at[-1]))} evaluations{more}"

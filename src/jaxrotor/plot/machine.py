@@ -244,15 +244,8 @@ def _draw_scale(ax, drawing: Drawing) -> None:
     length, y = drawing.length, drawing.bottom
     step = 10.0 ** np.floor(np.log10(length))
     step = next(s for s in (step / 2, step, 2 * step, 5 * step) if s >= length / 5)
-    up = dict(xytext=(0, 20), textcoords="offset points", annotation_clip=False)
+    look = dict(ha="center", va="top", fontsize=9, xytext=(0, 14), textcoords="offset points")
     ends = dict(arrowstyle="|-|,widthA=0.3,widthB=0.3", shrinkA=0, shrinkB=0, lw=1.3)
     height = (drawing.top - drawing.bottom) * 18 / (72 * drawing.size[1])
     ax.annotate("", (0, y + height), xytext=(step, y + height), arrowprops=ends)
-    ax.annotate(
-        f"{1e3 * step:g} mm",
-        (step / 2, y),
-        ha="center",
-        va="top",
-        fontsize=9,
-        **up | {"xytext": (0, 14)},
-    )
+    ax.annotate(f"{1e3 * step:g} mm", (step / 2, y), annotation_clip=False, **look)
