@@ -26,9 +26,7 @@ def report_result(place: Path, out: Path | None, quiet: bool = False) -> int:
     """Writes the page of the result; returns the exit status."""
     result = find_result(place)
     require_plotly()
-    target = out if out is not None else result.folder.with_name(f"{result.folder.name}.html")
-    if result.run is not None and result.run.parent != result.folder:
-        target = out if out is not None else result.run.with_suffix(".html")
+    target = out if out is not None else result.page
     if target.suffix.lower() not in (".html", ".htm"):
         raise InputError(f'`{target}`: must end in .html, but ends in "{target.suffix}"')
     if not quiet:

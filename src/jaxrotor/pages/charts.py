@@ -82,7 +82,7 @@ def stacked(
                     shown.add(name)
                 traces.append({**trace, "yaxis": _axis("y", k + 1), "showlegend": first})
     if len(shown) < 2:
-        layout["margin"]["r"] = 24
+        layout["margin"]["r"], layout["showlegend"] = 24, False
     return {"data": traces, "layout": layout}
 
 
@@ -137,8 +137,10 @@ def drawn(curve: Curve) -> list[dict[str, Any]]:
     fill = {"fill": "tonexty", "fillcolor": translucent(curve.colour, 0.2)}
     # faint as long as it is a smear: page.js draws it in full where one zooms in
     inside = {"line": {"color": curve.colour, "width": 0.8}, "opacity": FAINT, "meta": "dense"}
+    # its name stands by the edge, which has its colour in full
+    base["titled"] = False
     return [
-        {**edge, "x": plain(at), "y": plain(low)},
+        {**edge, "x": plain(at), "y": plain(low), "name": base["name"], "titled": True},
         {**edge, **fill, "x": plain(at), "y": plain(high)},
         _merged({**base, **inside}, curve.more),
     ]

@@ -93,7 +93,7 @@ def _fits(result: Result) -> tuple[list[Part], list[str]]:
     parts: list[Part] = []
     for one in channels[:_MOST]:
         name = f"{one['channel']} of {one['run']}" if several else one["channel"]
-        unit = f", {one['unit']}" if one["unit"] else ""
+        unit = f", {one['unit'].replace('um', 'µm')}" if one["unit"] else ""
         seen, told, at = one["measured"], one["identified"], one["at"]
         dots = {"mode": "markers", "marker": {"size": 5}} if len(at) < _DOTS else {}
         vectors = np.iscomplexobj(seen)

@@ -127,7 +127,7 @@ def _keyed(spec: dict[str, Any], kinds: set[str]) -> None:
         trace["hovertemplate"] = f"{trace['name']}<br>%{{x:.5g}} rpm, %{{y:.5g}}<extra></extra>"
         trace |= {"name": kind, "legendgroup": kind, "showlegend": kind not in shown}
         shown.add(kind)
-    spec["layout"]["margin"]["r"] = 150
+    spec["layout"]["margin"]["r"], spec["layout"]["showlegend"] = 150, True
 
 
 def _weigh(spec: dict[str, Any], first: float) -> None:

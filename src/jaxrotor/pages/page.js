@@ -92,17 +92,20 @@ const CONFIG = {
 };
 const plots = [...document.querySelectorAll(".plot")];
 
-// On a phone a legend beside the panel would leave it no width.
+// On a phone a legend beside the panel would leave it no width: it stands below.
 function fitted(div, layout) {
-  const narrow = div.clientWidth < 560;
-  return narrow ? { ...layout, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
-    margin: { ...layout.margin, r: 12 } } : layout;
+  if (div.clientWidth >= 560 || layout.showlegend === false) return layout;
+  const { t, b } = layout.margin, more = 56;
+  div.style.height = `${layout.height + more}px`;
+  return { ...layout, height: layout.height + more, margin: { ...layout.margin, l: 62, r: 12, b: b + more },
+    legend: { orientation: "h", x: 0, yanchor: "top", y: -(b + 2) / (layout.height - t - b) } };
 }
 
 async function draw(div) {
   const spec = JSON.parse(document.getElementById(div.dataset.spec).textContent);
   const layout = { ...fitted(div, spec.layout), template: template(false) };
-  await Plotly.newPlot(div, { data: spec.data, layout, frames: spec.frames || [], config: CONFIG });
+  await Plotly.newPlot(div, { data: spec.data, layout, frames: spec.frames || [],
+    config: { ...CONFIG, displayModeBar: div.clientWidth < 560 ? false : "hover" } });
   div.on("plotly_relayout", () => lookNear(div));
 }
 
@@ -128,8 +131,14 @@ async function drawAll() {
 
 if (plots.length) {
   drawAll();
-  const themed = (printing) => plots.filter((div) => div.layout).map((div) => Plotly.relayout(div,
-    { template: template(printing), autosize: !printing, width: printing ? 680 : null }));
+  // On paper a little lower, so that two figures find room on a page.
+  const themed = (printing) => plots.filter((div) => div.layout).map((div) => {
+    div.dataset.height ||= div.layout.height;
+    const height = div.dataset.height * (printing ? 0.75 : 1);
+    div.style.height = `${height}px`;
+    return Plotly.relayout(div,
+      { template: template(printing), autosize: !printing, width: printing ? 680 : null, height });
+  });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => themed(false));
   window.addEventListener("beforeprint", () => {
     for (const each of document.querySelectorAll("details")) each.open = true;

@@ -43,8 +43,9 @@ def warnings_of(sentences: Iterable[str]) -> list[Part]:
 def closing_chapters(result: Result, drawn: Iterable[str] = ()) -> list[Chapter]:
     """What pictures are left in the folder (those that were `drawn` go without), the study, its making."""
     out = []
-    pictures = [p for p in sorted(result.folder.glob("*.png")) if p.stem not in set(drawn)]
-    if pictures and result.kind != "lone":
+    pictures = [] if result.lone else sorted(result.folder.glob("*.png"))
+    pictures = [p for p in pictures if p.stem not in set(drawn)]
+    if pictures:
         figures = [Figure(_caption(p), p.read_bytes) for p in pictures]
         out.append(Chapter("Other figures", figures))
     if result.text:

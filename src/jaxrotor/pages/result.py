@@ -38,6 +38,19 @@ class Result:
     made: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def lone(self) -> bool:
+        """Whether it is a file by itself, in a folder of other things."""
+        return self.run is not None and not (self.folder / SUMMARY).is_file()
+
+    @property
+    def page(self) -> Path:
+        """Where its page stands, unless one says otherwise: beside it."""
+        if self.lone and self.run is not None:
+            return self.run.with_suffix(".html")
+        whole = self.folder.resolve()
+        return self.folder.parent / f"{self.folder.name or whole.name}.html"
+
+    @property
     def title(self) -> str:
         own = self.summary.get("title") or (self.study.title if self.study else "")
         return str(own or Path(str(self.summary.get("study", self.folder.name))).stem)

@@ -356,9 +356,7 @@ def _loads(samples: Samples) -> list[Part]:
             rows.append(Panel(name, unit, [Curve(name, samples.t, size * torques[name], GREEN)]))
         more = f", the {len(kept)} largest of {len(torques)}" if len(kept) < len(torques) else ""
         spec = stacked(rows, "time, s", _whole(samples))
-        for trace in spec["data"]:
-            trace["showlegend"] = False
-        spec["layout"]["margin"]["r"] = 24
+        spec["layout"]["margin"]["r"], spec["layout"]["showlegend"] = 24, False
         parts.append(Interactive(f"Torques{more}", spec))
     return parts
 

@@ -264,7 +264,7 @@ def _bands(name: str, data: xr.Dataset, summary: Any) -> Interactive:
     spec["data"] = traces + spec["data"]
     for trace in spec["data"]:
         trace.setdefault("showlegend", True)
-    spec["layout"]["margin"]["r"] = 150
+    spec["layout"]["margin"]["r"], spec["layout"]["showlegend"] = 150, True
     spec["layout"]["height"] += 60
     kept = f"; {_kept(one)}" if limit else ""
     return Interactive(f"{name}, of {len(values)} cases{kept}", spec)
