@@ -79,6 +79,7 @@ function template(printing) {
   return { layout: {
     font: { color: ink, size: 13, family: getComputedStyle(document.body).fontFamily },
     paper_bgcolor: card, plot_bgcolor: card, xaxis: axis, yaxis: axis,
+    separators: ".", // 10000 as 8000 is written
     hoverlabel: { bgcolor: card, font: { color: ink } }, legend: { font: { size: 12 } },
     annotationdefaults: { font: { color: soft, size: 12 } },
     sliderdefaults: { font: { color: soft }, bgcolor: grid, bordercolor: line, tickcolor: line },

@@ -1,5 +1,7 @@
 """The machine itself: a side view to scale."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
@@ -161,14 +163,14 @@ def _draw_station(ax, station, drawing: Drawing, machine: Machine, name: str, th
     elif isinstance(station, SelfAligningBearing):
         _draw_bearing(ax, z, y, tall)
     else:
-        look = dict(facecolor=COLOURS[5], edgecolor="black", zorder=3)
+        look: Any = dict(facecolor=COLOURS[5], edgecolor="black", zorder=3)
         ax.add_patch(Rectangle((z - thin, y - 0.25 * tall), 2 * thin, 0.5 * tall, **look))
 
 
 def _draw_rotor(ax, station, z, y, tall, thin) -> None:
     radius, width = disc(station)
     width = max(width, thin)
-    look = dict(facecolor=COLOURS[0], alpha=0.75, edgecolor="black", lw=1.0, zorder=3)
+    look: Any = dict(facecolor=COLOURS[0], alpha=0.75, edgecolor="black", lw=1.0, zorder=3)
     ax.add_patch(Rectangle((z - width / 2, y - radius), width, 2 * radius, **look))
     unbalance = getattr(station, "unbalance", None)
     if unbalance is not None and float(np.asarray(unbalance.eccentricity)) > 0:
@@ -178,7 +180,7 @@ def _draw_rotor(ax, station, z, y, tall, thin) -> None:
 def _draw_drive(ax, z, y, size, leads: bool) -> None:
     """To the left of the line that it begins, to the right of one that it ends."""
     z0 = z - 1.6 * size if leads else z
-    look = dict(facecolor="#E8E8E8", edgecolor="black", zorder=2)
+    look: Any = dict(facecolor="#E8E8E8", edgecolor="black", zorder=2)
     ax.add_patch(Rectangle((z0, y - size), 1.6 * size, 2 * size, **look))
     ax.add_patch(
         FancyArrowPatch(
