@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from ..plot.style import turning_points
 from .thin import envelope, thinned
@@ -15,7 +16,7 @@ GOLD, CYAN, GREY = "#C98A00", "#4FA9D8", "#8A929C"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, GOLD, CYAN, GREY)
 OF_AXIS = {"x": BLUE, "y": ORANGE, "z": GREEN}
 # Beyond so many turning points a line across the page is a smear: its envelope is drawn too.
-_DENSE, _BAND = 300, 240
+_DENSE, _BAND, _TURNS, _SIDE = 300, 240, 6, 3
 FAINT = 0.22
 _HEAD, _FOOT, _ROW, _GAP = 34, 56, 190, 34
 
@@ -120,12 +121,15 @@ def drawn(curve: Curve) -> list[dict[str, Any]]:
     if "markers" in mode:
         base["marker"] = {"color": curve.colour, "size": 5}
     finite = y[np.isfinite(y)]
-    dense = mode == "lines" and finite.size == y.size and len(turning_points(y)) > _DENSE
+    turns = len(turning_points(y)) if mode == "lines" and finite.size == y.size else 0
+    dense = turns > _DENSE
     if not dense or not np.all(np.diff(x) > 0):
         if dense:
             base["line"] = {"color": curve.colour, "width": 0.7}
         return [_merged(base, curve.more)]
-    at, low, high = envelope(x, y, _BAND)
+    # some turns in each stretch, and the neighbours' peaks: else the envelope would follow each pulse
+    at, low, high = envelope(x, y, min(_BAND, turns // _TURNS))
+    low, high = minimum_filter1d(low, _SIDE), maximum_filter1d(high, _SIDE)
     edge = {
         "type": "scatter",
         "mode": "lines",

@@ -38,7 +38,7 @@ _MOST = 3
 # m, of a station that does not move across the axis.
 _STILL = 1e-9
 # Points across a map, and how far below its highest its colours reach, in tens.
-_LINES, _DECADES = 320, 4
+_LINES, _FEWEST, _DECADES = 320, 40, 4
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def chapters(result: Result) -> list[Chapter]:
         spec = animated(result.study.machine, samples.stations, course)
         if spec is not None:
             found.append(Chapter("In motion", [spec]))
-    found.append(Chapter("Speed", _speeds(samples, first)))
+    found.append(Chapter("Speed", _speeds(samples, first, _driven(samples, result, first))))
     if moving:
         found.append(Chapter("Vibration", _vibration(samples, moving)))
         found.append(Chapter("Orbits", _orbits(samples, moving)))
@@ -176,10 +176,18 @@ def _glance(samples: Samples, result: Result) -> list[Part]:
     return parts
 
 
-def _speeds(samples: Samples, names: list[str]) -> list[Part]:
+def _driven(samples: Samples, result: Result, names: list[str]) -> str | None:
+    """The driven end, if there is one; where the study is not known the last station that none shown is."""
+    from ..plot import select
+
+    if result.study is not None:
+        return select.drive(result.study.machine)
+    return next((n for n in reversed(samples.stations) if n not in names), None)
+
+
+def _speeds(samples: Samples, names: list[str], drive: str | None) -> list[Part]:
     every = {n: RPM * samples.speed(n) for n in samples.stations}
-    drive = _farthest(every, names)
-    reference = drive[0] if drive else names[0]
+    reference = drive or names[0]
     ratio = _ratio(every, reference)
     shown = [(reference, GREY)]
     # lines that lie on each other tell nothing: those that gears make turn otherwise
@@ -189,19 +197,13 @@ def _speeds(samples: Samples, names: list[str]) -> list[Part]:
     less = [
         Curve(n, samples.t, every[n] - ratio[n] * every[reference], c)
         for n, c in zip(names, COLOURS)
-        if n != reference
+        if n != reference and drive is not None
     ]
     if less and max(float(np.nanmax(np.abs(c.y))) for c in less) > 1e-9:
         times = "" if len(shown) == 1 else ", times what the gears make of it"
         panels.append(Panel(f"Speed less that of {reference}{times}", "speed, rpm", less))
     words = "Speed, and by how much the rotors run ahead" if len(panels) > 1 else "Speed"
     return [Interactive(words, stacked(panels, "time, s", _whole(samples)))]
-
-
-def _farthest(every: Mapping[str, np.ndarray], names: list[str]) -> list[str]:
-    """The driven end: the last station that is none of those shown."""
-    rest = [n for n in every if n not in names]
-    return rest[-1:]
 
 
 def _ratio(every: Mapping[str, np.ndarray], reference: str) -> dict[str, float]:
@@ -229,17 +231,24 @@ def _vibration(samples: Samples, names: list[str]) -> list[Part]:
         )
         for n in names
     ]
+    speeds = {n: RPM * np.abs(samples.speed(n)) for n in names}
     radial = [
         Panel(
             f"{n}: distance from the axis over its speed",
             unit,
-            [Curve("distance", RPM * samples.speed(n), size * np.hypot(*samples.xy(n).T), PURPLE)],
+            [Curve("distance", speeds[n], size * np.hypot(*samples.xy(n).T), PURPLE)],
         )
         for n in names
     ]
+    tops = [float(w.max()) for w in speeds.values()]
+    # gears make speeds differ: over one axis half of a panel would be empty
+    together = [radial] if max(tops) <= 1.05 * min(tops) else [[one] for one in radial]
     return [
         Interactive("Displacements over time", stacked(panels, "time, s", _whole(samples))),
-        Interactive("Distance from the axis over speed", stacked(radial, "speed, rpm")),
+        *(
+            Interactive("Distance from the axis over speed", stacked(own, "speed, rpm"))
+            for own in together
+        ),
     ]
 
 
@@ -272,8 +281,9 @@ def _waterfall(samples: Samples, name: str) -> list[Part]:
     except JaxrotorError as error:
         return [Words(f"Not drawn: {error}.")]
     top = float(np.max(np.abs(speed))) / (2 * np.pi)
-    reach = min(float(found.frequency[-1]), 4.5 * top if top > 0 else np.inf)
-    inside = found.frequency <= max(reach, 8 * found.frequency[1])
+    wanted = max(4.5 * top, _FEWEST * found.frequency[1]) if top > 0 else np.inf
+    reach = min(float(found.frequency[-1]), wanted)
+    inside = found.frequency <= reach
     step = max(1, -(-int(inside.sum()) // _LINES))
     frequency, amplitude = found.frequency[inside], found.amplitude[:, inside]
     whole = frequency.size // step * step
