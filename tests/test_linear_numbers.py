@@ -8,7 +8,9 @@ import pytest
 
 import jaxrotor as jr
 from jaxrotor.linear import over_speed
+from jaxrotor.linear.coordinates import coordinate_order, internal_order
 from jaxrotor.linear.degree import degree
+from jaxrotor.linear.linearise import models_at
 
 SPEEDS = np.linspace(20.0, 400.0, 8)
 OUTPUTS = ("disc.x", "bearing.force.y")
@@ -114,6 +116,50 @@ def test_a_bump_in_a_table_is_not_stepped_over():
     for row, stiffness in zip(found, k):
         expected = np.sqrt(stiffness * np.array([1.0, 2.0]) / 4.0)
         np.testing.assert_allclose(np.sort(row), expected, rtol=1e-12)
+
+
+def test_tables_of_supports_are_taken_apart():
+    """Of matrices between a few speeds, forward and backward: as at each, to rounding. Where weight or the
+    damping of the spin bends the machine, a table moves its state, and each speed counts for itself."""
+    speeds, draw = np.array([0.0, 150.0, 250.0, 500.0]), np.random.default_rng(0)
+    stiffness = 1e5 * (5 * np.eye(6) + draw.uniform(-1, 1, (4, 6, 6)))
+    damping = 1e2 * (5 * np.eye(6) + draw.uniform(-1, 1, (4, 6, 6)))
+    for gravity, drag in ((0.0, 1.0), (-9.81, 0.0), (0.0, 0.0)):
+        damping[:, :, 5] *= drag
+        machine = jr.Machine(
+            {
+                "disc": jr.Rotor(8.0, 0.1, 0.06),
+                "shaft": jr.FiniteElementShaft(0.4, 0.03),
+                "end": jr.Node(),
+                "table": jr.SpeedDependentSupport(speeds, stiffness, damping),
+                "diagonal": jr.SpeedDependentSupport(
+                    speeds[:2], stiffness[:2, 0], 0 * stiffness[:2, 0]
+                ),
+            },
+            {"shaft": ("disc", "end"), "table": "end", "diagonal": "disc"},
+            (0.0, gravity, 0.0),
+        )
+        for at in ("undeformed", "equilibrium"):
+            over = over_speed.OverSpeed(machine, np.linspace(-400.0, 400.0, 9), at)
+            assert (over.nodes is not None) == (at == "undeformed" or not (gravity or drag))
+            each = models_at(machine, at)
+            assert np.abs(each(100.0).K - each(-100.0).K).max() > 1e4
+            for speed in (-333.0, 77.0, 201.0, 399.0):
+                A, _ = over.rates(speed)
+                order = coordinate_order(machine)[2]
+                whole = internal_order(order, len(A))
+                expected = each(speed).A
+                size = np.abs(expected).sum(1, keepdims=True)
+                assert np.abs((A[np.ix_(whole, whole)] - expected) / size).max() < 1e-14
+                found = over(speed)
+                np.testing.assert_array_equal(found.at.A, A)
+                pull = found.M @ A[len(order) : 2 * len(order)]
+                np.testing.assert_allclose(
+                    found.at.pull[:, : len(order)],
+                    pull[:, : len(order)],
+                    rtol=0,
+                    atol=1e-8 * abs(pull).max(),
+                )
 
 
 def test_degrees():

@@ -12,6 +12,8 @@ from helpers import assert_derivatives_agree
 import jaxrotor as jr
 from jaxrotor import standards
 from jaxrotor.standards import SNCurve, TorsionalExcitation
+from jaxrotor.standards.moves import Numbers, Term
+from jaxrotor.standards.sensitivities import derivatives
 
 HELD = ("x", "y", "z", "psi", "theta")
 J1, J2, STIFF, DAMP = 2.0, 3.0, 8e4, 20.0
@@ -236,6 +238,19 @@ def test_torque_at_a_meeting():
     assert float(stress.value) == pytest.approx(expected, rel=1e-8)
     assert float(life.value) == pytest.approx(cycles / (3600 * FIRST / 2 / np.pi), rel=1e-7)
     assert bool(stress.met) == bool(life.met)
+
+    def hours(m):
+        given = (MET, 1e4, "motor", "shaft", RANGE, curve, 1.0)
+        found = standards.torsional_life(m, *given, diameter=0.06, concentration=1.5)
+        return float(found.findings[1].value)
+
+    def decades(c):
+        return -exponent * np.log(by_hand(FIRST, 1e4, c=c))
+
+    # what `assess` tells of a number that is not traced
+    (slopes,) = derivatives([(Term(1.0, machine, "undeformed", Numbers(hours, None)),)])
+    wanted = (decades(DAMP + 1e-3) - decades(DAMP - 1e-3)) / 2e-3
+    assert slopes["shaft.damping"][5] / float(life.value) == pytest.approx(wanted, rel=1e-6)
     with pytest.raises(jr.InputError, match="`shaft`: is no plain Shaft: give the diameter"):
         standards.torsional_life(machine, MET, 1e4, "motor", "shaft", RANGE, curve, 1.0)
     with pytest.raises(jr.InputError, match="mode: there are 2 torsional motions, but mode is 5"):

@@ -50,7 +50,7 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
         machine, middle, max(1, len(found.findings) // max(1, len(bands))), "undeformed"
     )
     forced = forced_response(machine, asked, modes, speeds)
-    life = lives(machine, asked, len(modes), speeds)
+    life = Assessment(tuple(one for one, _ in lives(machine, asked, len(modes), speeds)))
     start = failure = None
     try:
         start = start_of(study, asked, modes, quiet) if run else None

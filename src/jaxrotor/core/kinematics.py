@@ -5,6 +5,8 @@ tuples of three scalars here: under `vmap` over stations they become fused eleme
 3-vectors and 3x3 products would become many small operations.
 """
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -14,6 +16,27 @@ COORDINATES = ("x", "y", "z", "psi", "theta", "phi")
 TURN = 2 * np.pi
 
 Vector = tuple[Array, Array, Array]
+# Coordinates one by one, in place of an array of them.
+Rows = Float[Array, "6 *n"] | tuple[Array, ...]
+
+
+def rows(x: Rows) -> tuple[Array, ...]:
+    """The coordinates one by one. All are read by one operation: each `x[i]` would be three in a program, six
+    in its reverse, and these made half of the field's."""
+    return x if isinstance(x, tuple) else tuple(jnp.unstack(x))
+
+
+class Tilt(NamedTuple):
+    """Sines and cosines of psi and theta."""
+
+    sp: Array
+    cp: Array
+    st: Array
+    ct: Array
+
+    @classmethod
+    def of(cls, psi: Array, theta: Array) -> "Tilt":
+        return cls(jnp.sin(psi), jnp.cos(psi), jnp.sin(theta), jnp.cos(theta))
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -28,16 +51,16 @@ def dot(a: Vector, b: Vector) -> Array:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def to_tilted(psi: Array, theta: Array, a: Vector) -> Vector:
+def to_tilted(tilt: Tilt, a: Vector) -> Vector:
     """Global components to components in B."""
-    sp, cp, st, ct = jnp.sin(psi), jnp.cos(psi), jnp.sin(theta), jnp.cos(theta)
+    sp, cp, st, ct = tilt
     y, z = cp * a[1] + sp * a[2], cp * a[2] - sp * a[1]
     return ct * a[0] - st * z, y, st * a[0] + ct * z
 
 
-def from_tilted(psi: Array, theta: Array, a: Vector) -> Vector:
+def from_tilted(tilt: Tilt, a: Vector) -> Vector:
     """Components in B to global components."""
-    sp, cp, st, ct = jnp.sin(psi), jnp.cos(psi), jnp.sin(theta), jnp.cos(theta)
+    sp, cp, st, ct = tilt
     z = ct * a[2] - st * a[0]
     return ct * a[0] + st * a[2], cp * a[1] - sp * z, sp * a[1] + cp * z
 
@@ -72,31 +95,44 @@ def spin_speed(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> Float[Array,
 # written in chi, with psi and theta as they are; a torque T on chi is `T (theta/2, psi/2, 1)` on the angles.
 
 
-def turning_lead(q: Float[Array, "6 *n"]) -> Float[Array, "*n"]:
+def turning_lead(q: Rows) -> Float[Array, "*n"]:
     """chi less phi, rad."""
     return 0.5 * q[3] * q[4]
 
 
-def turning_lead_rates(
-    q: Float[Array, "6 *n"], v: Float[Array, "6 *n"], a: Float[Array, "6 *n"]
-) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
-    """The first and second time derivative of chi less phi, rad/s and rad/s²."""
-    rate = 0.5 * (v[3] * q[4] + q[3] * v[4])
-    return rate, 0.5 * (a[3] * q[4] + q[3] * a[4]) + v[3] * v[4]
+def turning_lead_rate(q: Rows, v: Rows) -> Float[Array, "*n"]:
+    """Its time derivative, rad/s."""
+    return 0.5 * (v[3] * q[4] + q[3] * v[4])
 
 
-def to_turning(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> tuple[Array, Array]:
+def turning_lead_acceleration(q: Rows, v: Rows, a: Rows) -> Float[Array, "*n"]:
+    """Its second time derivative, rad/s²."""
+    return 0.5 * (a[3] * q[4] + q[3] * a[4]) + v[3] * v[4]
+
+
+def to_turning(q: Rows, v: Rows) -> tuple[Array, Array]:
     """Coordinates and rates with chi in the place of phi."""
-    rate, _ = turning_lead_rates(q, v, v)
-    return with_last(q, q[5] + turning_lead(q)), with_last(v, v[5] + rate)
+    q, v = rows(q), rows(v)
+    return (
+        with_last(q, q[5] + turning_lead(q)),
+        with_last(v, v[5] + turning_lead_rate(q, v)),
+    )
 
 
-def from_turning(q: Float[Array, "6 *n"], v: Float[Array, "6 *n"]) -> tuple[Array, Array]:
+def from_turning(q: Rows, v: Rows) -> tuple[Array, Array]:
     """Coordinates and rates with phi in the place of chi."""
-    rate, _ = turning_lead_rates(q, v, v)
-    return with_last(q, q[5] - turning_lead(q)), with_last(v, v[5] - rate)
+    q, v = rows(q), rows(v)
+    return angles_of(q), with_last(v, v[5] - turning_lead_rate(q, v))
 
 
-def with_last(x: Float[Array, "6 *n"], last: Float[Array, "*n"]) -> Float[Array, "6 *n"]:
-    """Another sixth coordinate."""
-    return jnp.concatenate([x[:5], last[None]])
+def angles_of(q: Rows) -> Float[Array, "6 *n"]:
+    """Coordinates with phi in the place of chi."""
+    q = rows(q)
+    return with_last(q, q[5] - turning_lead(q))
+
+
+def with_last(x: Rows, last: Float[Array, "*n"]) -> Float[Array, "6 *n"]:
+    """Another sixth coordinate. (In two pieces: from a stack of six XLA makes a kernel that runs a half
+    longer.)"""
+    head = jnp.stack(x[:5]) if isinstance(x, tuple) else x[:5]
+    return jnp.concatenate([head, last[None]])

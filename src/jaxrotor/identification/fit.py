@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from ..core.quick import lightly_compiled
 from .problem import Problem, residual_and_slopes, with_data
-from .simulated import records, records_and_slopes
+from .simulated import records, records_and_slopes, slopes_come_along, slopes_were_spare
 
 _SOLVER = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
 _TAGS: frozenset[object] = frozenset()
@@ -20,6 +20,9 @@ _TAGS: frozenset[object] = frozenset()
 # squared residual (1e-5 standard deviations of a parameter), or after so many iterations that gained nothing:
 # then the step has been cut to a ten-thousandth.
 _PROMISE, _PATIENCE, _GAIN = 1e-10, 8, 1e-6
+# The same of a search whose residuals only weigh the next one: what is left moves no parameter further than
+# its standard deviation.
+_NEARLY = 1.0
 # Directions (squared singular values of the slopes, columns scaled to one length) that are not seen.
 _UNSEEN = 1e-12
 # Residuals of this part of the standard deviations are rounding.
@@ -97,13 +100,20 @@ def _promised(slope: Array, curvature: Array) -> np.ndarray:
 def _looked_at(problem: Problem, u: Array, least: np.ndarray, data) -> tuple[Any, Any]:
     """Records and their slopes at `u`. A lone search whose cost would rise there takes the step back and
     never uses the slopes: they are spared, for each costs as much as a simulation."""
-    if len(u) == 1 and np.isfinite(least[0]):
+    alone = len(u) == 1 and np.isfinite(least[0])
+    along = slopes_come_along(problem.simulated)
+    if alone and not along:
         found = records(problem.simulated, u[0])
         own = jax.tree.map(lambda x: x[0], data)
         if not _cost(with_data(problem, own), u[0], found) < least[0]:
             found = tuple(x[None] for x in found)
             return found, tuple(jnp.zeros((*x.shape, u.shape[1])) for x in found)
-    return records_and_slopes(problem.simulated, u)
+    found, slopes = records_and_slopes(problem.simulated, u)
+    if alone and along:
+        own = with_data(problem, jax.tree.map(lambda x: x[0], data))
+        if not _cost(own, u[0], tuple(x[0] for x in found)) < least[0]:
+            slopes_were_spare(problem.simulated)
+    return found, slopes
 
 
 @lightly_compiled
@@ -118,9 +128,11 @@ def search(
     bar: tqdm | None = None,
     data: tuple[Float[Array, "b nt"], ...] | None = None,
     free: Float[Array, "b n"] | None = None,
+    nearly: bool = False,
 ) -> list[Fit]:
     """A search from each of `starts`, all in one batch; `data`: what was measured, if each member has its
-    own; `free`: 0 for unknowns that stay at their start, else 1. Where a run leaves the finite numbers the
+    own; `free`: 0 for unknowns that stay at their start, else 1; `nearly`: it need not come to rest, another
+    search follows. Where a run leaves the finite numbers the
     step is taken back and a shorter one tried."""
     u = starts
     free = jnp.ones_like(u) if free is None else free
@@ -145,7 +157,9 @@ def search(
         here, promised = np.asarray(seen[0]), _promised(*seen[1:])
         at_best = here <= (1 + _GAIN) * history[-1]
         rested |= np.asarray(state.terminate) | (history[-1] < 0.5 * count * _ROUNDING**2)
-        rested |= at_best & (promised <= _PROMISE * 2 * history[-1] / count)
+        rested |= at_best & (
+            promised <= (_NEARLY if nearly else _PROMISE) * 2 * history[-1] / count
+        )
         if i >= _PATIENCE:
             rested |= history[-1 - _PATIENCE] - history[-1] <= _GAIN * history[-1]
         if bar is not None:

@@ -172,13 +172,14 @@ def asked(
     return Asked(bench, space, searches, jnp.stack(places), trials)
 
 
-def _best(problem: Problem, places, stage: Stage, bar, words: str) -> Fit:
-    """`words`: what the bar is told to be at; it counts to this search's end, however early that comes."""
+def _best(problem: Problem, places, stage: Stage, bar, words: str, nearly: bool = False) -> Fit:
+    """`nearly`: another search follows. `words`: what the bar is told to be at; it counts to this search's
+    end, however early that comes."""
     bar.set_description_str(words)
     end = bar.n + stage.iterations
     bar.total = max(bar.total, end)
     if stage.optimiser is None:
-        fits = search(problem, places, stage.iterations, bar)
+        fits = search(problem, places, stage.iterations, bar, nearly=nearly)
     else:
         fits = descend(in_reverse(problem), places, stage.optimiser, stage.iterations, bar)
     if not any(fit.interrupted for fit in fits):
@@ -197,18 +198,19 @@ def _search(problem: Problem, places, stage: Stage, bar, words: str) -> tuple[Pr
     given = noise_given(problem)
     # from afar a loss that forgets large residuals would rest anywhere
     nearing = with_loss(problem, "huber") if robust else problem
-    fits = [_best(nearing, places, stage, bar, words)]
+    more = (_AGAIN if robust else 1) if not all(given) and (robust or len(given) > 1) else 0
+    fits = [_best(nearing, places, stage, bar, words, nearly=more > 0)]
     try:
-        if not all(given) and (robust or len(given) > 1):
-            for _ in range(_AGAIN if robust else 1):
-                if fits[-1].interrupted:
-                    break
-                again = weighed_by_residuals(nearing, fits[-1].u, given)
-                if again is None:
-                    break
-                weighed = f"{words}, weighed by its residuals"
-                fits.append(_best(again, fits[-1].u[None], stage, bar, weighed))
-                nearing = again
+        for k in range(more):
+            if fits[-1].interrupted:
+                break
+            again = weighed_by_residuals(nearing, fits[-1].u, given)
+            nearing = nearing if again is None else again
+            weighed = f"{words}, weighed by its residuals"
+            last = again is None or k + 1 == more
+            fits.append(_best(nearing, fits[-1].u[None], stage, bar, weighed, nearly=not last))
+            if again is None:
+                break
         if int(nearing.loss) != int(problem.loss) and not fits[-1].interrupted:
             again = with_loss(nearing, LOSSES[int(problem.loss)])
             fits.append(_best(again, fits[-1].u[None], stage, bar, f"{words}, by its loss"))

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.quick import lightly_compiled
+from ..core.quick import lightly_compiled, traced
 from ..search.instrumented import Instrumented
 from ..search.space import Space
 from ..simulation.response import Response
@@ -79,17 +79,55 @@ class Simulated(eqx.Module):
         return tuple(as_real(record) for run in self.runs for record in run.records(bench))
 
 
-@lightly_compiled
+# So often the program that gives slopes too, where it is compiled, serves for records alone: a program of
+# their own takes longer to compile than that. Later it pays.
+_WITHOUT = 8
+_used: dict[Any, int] = {}  # how often it has, by the structure of what is simulated
+
+
+def _structure(simulated: Simulated) -> Any:
+    dynamic, static = eqx.partition(simulated, eqx.is_array)
+    leaves, tree = jax.tree.flatten(static)
+    return tree, tuple(leaves), tuple(x.shape for x in jax.tree.leaves(dynamic))
+
+
+def slopes_come_along(simulated: Simulated) -> bool:
+    """Whether records alone are taken from the program that gives slopes too."""
+    return not traced(simulated) and _used.get(_structure(simulated), _WITHOUT) < _WITHOUT
+
+
+def slopes_were_spare(simulated: Simulated) -> None:
+    """Slopes came along, and nobody needs them."""
+    _used[_structure(simulated)] += 1
+
+
 def records(simulated: Simulated, u: Float[Array, " n"]) -> tuple[Array, ...]:
     """`simulated.records`, compiled."""
+    if traced(u) or not slopes_come_along(simulated):
+        return _records(simulated, u)
+    slopes_were_spare(simulated)
+    return tuple(x[0] for x in _records_and_slopes(simulated, u[None])[0])
+
+
+def records_and_slopes(
+    simulated: Simulated, u: Float[Array, "b n"]
+) -> tuple[tuple[Float[Array, "b nt"], ...], tuple[Float[Array, "b nt n"], ...]]:
+    """At a batch of places."""
+    if len(u) == 1 and not traced(simulated, u):
+        _used.setdefault(_structure(simulated), 0)
+    return _records_and_slopes(simulated, u)
+
+
+@lightly_compiled
+def _records(simulated: Simulated, u: Float[Array, " n"]) -> tuple[Array, ...]:
     return simulated.records(u)
 
 
 @lightly_compiled
-def records_and_slopes(
+def _records_and_slopes(
     simulated: Simulated, u: Float[Array, "b n"]
 ) -> tuple[tuple[Float[Array, "b nt"], ...], tuple[Float[Array, "b nt n"], ...]]:
-    """At a batch of places; the slopes by forward mode, for they are few and the steps are many."""
+    """The slopes by forward mode, for they are few and the steps are many."""
 
     def twice(u):
         found = simulated.records(u)

@@ -15,7 +15,7 @@ import numpy as np
 # Sums of their operands, or the same numbers in other places.
 _LINEAR = frozenset(
     "add sub neg add_any concatenate pad slice reshape transpose broadcast_in_dim squeeze reduce_sum "
-    "expand_dims convert_element_type copy copy_p rev cumsum stack split real imag conj mul_zero "
+    "expand_dims convert_element_type copy copy_p rev cumsum stack unstack split real imag conj mul_zero "
     "reduce_precision device_put optimization_barrier".split()
 )
 _PRODUCTS = frozenset(("mul", "dot_general"))

@@ -97,7 +97,7 @@ def amplitudes(
     turn = 1.0 if turn_at is None else float(np.asarray(prepared.system.turns())[turn_at])
     waves = 2 / angles.size * np.exp(-1j * np.asarray(orders)[:, None] * angles)
     speeds = np.asarray(speeds)
-    over = OverSpeed(prepared, speeds, at)
+    over = OverSpeed(machine, speeds, at, prepared)
     turning = _Turning(machine, balanced, actual, prepared, outputs, angles / turn, waves)
     nodes = None
     if over.nodes is not None and (most := turning.degree(over.degree)) <= MOST_DEGREE:
@@ -106,7 +106,7 @@ def amplitudes(
     found = []
     for speed in map(float, with_bar(speeds, "response")):
         if nodes is not None:
-            A, excited = over(speed, lambda x: x.at.A), nodes.at(speed)
+            A, excited = over.rates(speed)[0], nodes.at(speed)
         else:
             there = over(speed)
             A, excited = there.at.A, turning.at(there, speed)

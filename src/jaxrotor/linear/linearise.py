@@ -190,8 +190,23 @@ def models_over_speed(
     machine: Machine, speeds: np.ndarray, at: Any
 ) -> Callable[[float], LinearModel]:
     """`linearize_checked` at any of the speeds, with NumPy's arrays, where no derivative is asked."""
-    over = OverSpeed(prepare(machine), speeds, at)
+    over = OverSpeed(machine, speeds, at)
     return lambda speed: _model(machine, over(float(speed)), float(speed))
+
+
+def rates_over_speed(
+    machine: Machine, speeds: np.ndarray, at: Any
+) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+    """A and B of the same, sooner."""
+    over = OverSpeed(machine, speeds, at)
+    order = coordinate_order(machine)[2]
+
+    def rates(speed: float) -> tuple[np.ndarray, np.ndarray]:
+        A, B = over.rates(float(speed))
+        whole = internal_order(order, len(A))
+        return A[whole[:, None], whole], B[whole[:, None], order]
+
+    return rates
 
 
 def models_at(machine: Machine, at: Any) -> Callable[[float], LinearModel]:

@@ -1,5 +1,5 @@
 """The balanced machine's matrices at many speeds: a few of them, and polynomials between, where the vector
-field is a polynomial of the speed."""
+field is a polynomial of the speed but for tables of supports."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -9,10 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..machine.field import n_free
+from ..machine.machine import Machine
 from ..simulation.state import State
 from .degree import degree
-from .instant import Prepared, field_and_loads, instant
+from .instant import Prepared, field_and_loads, instant, prepare
 from .steady import Steady, moved_by, steady
+from .tables import Tables, tables_of
 
 # Beyond this degree speeds are taken one by one; gyroscopic and centrifugal terms have 2.
 MOST_DEGREE = 4
@@ -55,12 +57,31 @@ def nodes_of(speeds: np.ndarray, most: float) -> np.ndarray:
 class OverSpeed:
     """`Steady` at any of `speeds`, rad/s; `at` as for `linearize`."""
 
-    def __init__(self, prepared: Prepared, speeds: np.ndarray, at: Any):
-        self.prepared, self.mode = prepared, at
+    def __init__(
+        self, machine: Machine, speeds: np.ndarray, at: Any, prepared: Prepared | None = None
+    ):
+        self.machine, self.mode, self._prepared = machine, at, prepared
         self.nodes: Nodes | None = None
         self.degree = np.inf  # of rates and loads, and of the forces from outside that hold it
-        if not isinstance(at, State) and np.ptp(speeds) > 0:
-            self._look(np.asarray(speeds, float))
+        self.tables: Tables | None = None
+        if isinstance(at, State) or not np.ptp(speeds) > 0:
+            return
+        speeds = np.asarray(speeds, float)
+        tables = tables_of(machine)
+        if tables is None:
+            self._look(speeds)
+            return
+        rest = OverSpeed(tables.rest, speeds, "undeformed")
+        if rest.nodes is None:
+            return
+        if at == "undeformed" or (not tables.drag and _straight(rest.nodes)):
+            self.nodes, self.degree, self.tables = rest.nodes, rest.degree, tables
+
+    @property
+    def prepared(self) -> Prepared:
+        if self._prepared is None:
+            self._prepared = prepare(self.machine)
+        return self._prepared
 
     def _look(self, speeds: np.ndarray) -> None:
         most = _degree(self.prepared, 0.0)
@@ -96,9 +117,25 @@ class OverSpeed:
 
     def __call__(self, speed: float, part: Callable[[Steady], Any] = lambda x: x) -> Any:
         """`Steady`, or a part of it."""
+        if self.nodes is not None and self.tables is not None:
+            return part(self.tables.added(self.nodes.at(speed)))
         if self.nodes is not None:
             return self.nodes.at(speed, part)
         return part(steady(self.prepared, speed, self.mode))
+
+    def rates(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        """A and B alone, sooner."""
+        if self.nodes is None or self.tables is None:
+            return self(speed, lambda x: (x.at.A, x.at.B))
+        A, B, velocity = self.nodes.at(speed, lambda x: (x.at.A, x.at.B, x.at.state.velocity))
+        return self.tables.added_to(A, B, velocity), B
+
+
+def _straight(nodes: Nodes) -> bool:
+    """Whether nothing bends the machine at any speed: then where it is undeformed it is in balance."""
+    return all(
+        not np.any(x.at.loads) and not np.any(x.held) and not np.any(x.y) for x in nodes.values
+    )
 
 
 def _matrix(found: Steady) -> np.ndarray:

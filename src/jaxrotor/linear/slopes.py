@@ -113,32 +113,39 @@ def _swept(machine: Machine, there: _There, rows: list) -> Machine:
     d = there.y.size
     left, other_left, right, other_right, force, other_force = rows
 
-    def field(m, y, held):
-        system = assemble(m, nominal=True)
-        reference = (system.reference(jnp.zeros(()))[0], there.speed, jnp.zeros(()))
-        return field_and_loads(system, y, reference, held)
+    still, numbers = eqx.partition(machine, eqx.is_inexact_array)
+    # assembled once, for all that follows
+    system, pulled, fixed = jax.vjp(
+        lambda still: eqx.partition(
+            assemble(eqx.combine(still, numbers), nominal=True), eqx.is_inexact_array
+        ),
+        still,
+        has_aux=True,
+    )
 
-    def form(m, y, held):
-        moved = jax.vmap(lambda x, f: jax.jvp(lambda *p: field(m, *p), (y, held), (x, f))[1][:d])
+    def field(system, y, held):
+        whole = eqx.combine(system, fixed)
+        reference = (whole.reference(jnp.zeros(()))[0], there.speed, jnp.zeros(()))
+        return field_and_loads(whole, y, reference, held)
+
+    def form(system, y, held):
+        moved = jax.vmap(
+            lambda x, f: jax.jvp(lambda *p: field(system, *p), (y, held), (x, f))[1][:d]
+        )
         real, imaginary = moved(jnp.stack([right, other_right]), jnp.stack([force, other_force]))
         return left @ real - other_left @ imaginary
 
-    still, numbers = eqx.partition(machine, eqx.is_inexact_array)
-
-    def of(still, y, held):
-        return form(eqx.combine(still, numbers), y, held)
-
-    by_machine, by_y, by_held = jax.grad(of, argnums=(0, 1, 2))(still, there.y, there.held)
+    by_system, by_y, by_held = jax.grad(form, argnums=(0, 1, 2))(system, there.y, there.held)
     n = there.held.size
     pushed = there.by_force @ by_held
     settled = there.settling @ (by_y + there.by_state.T @ pushed)
 
-    def conditions(still):
-        out = field(eqx.combine(still, numbers), there.y, there.held)
+    def conditions(system):
+        out = field(system, there.y, there.held)
         return pushed @ out[n : 2 * n] + settled @ out[d:]
 
-    other = jax.grad(conditions)(still)
-    return jax.tree.map(jnp.add, by_machine, other)
+    (found,) = pulled(jax.tree.map(jnp.add, by_system, jax.grad(conditions)(system)))
+    return found
 
 
 def model_numbers(machine: Machine, speed: float, at: Any) -> LinearModel:

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.kinematics import rows
 from .constraint import held_acceleration
 from .coupled import Coupled, solve_coupled
 from .picked import picked
@@ -37,8 +38,8 @@ def accelerate(
         def one(e, q, v, Q, held: Any = None, group=group):
             e = seen(e, system.layout.invariant)
             # row by row: the sum with a whole weight vector would not fuse with what follows
-            weight = e.weight(q, system.gravity)
-            Q = jnp.stack([Q[i] + weight[i] for i in range(6)])
+            weight = rows(e.weight(q, system.gravity))
+            Q = jnp.stack([force + own for force, own in zip(rows(Q), weight)])
             if not group.held:
                 return e.acceleration(q, v, Q), jnp.zeros(6), Q
             return *held_acceleration(e, q, v, Q, group.held, held), Q

@@ -1,10 +1,13 @@
 """A station with mass some of whose coordinates are held."""
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.kinematics import rows
 from ..core.protocol import AbstractInertia, Vec6
 from .seen import Seen
 
@@ -30,27 +33,32 @@ def held_acceleration(
 
     # one trace for both: the acceleration of the free body, and what each reaction adds to it
     free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[np.array(held)])
-    at_held = [columns[i] for i in held], [given[k] - free[i] for k, i in enumerate(held)]
-    reaction = _solve(*at_held)
-    moved = free + sum(columns[:, k] * r for k, r in enumerate(reaction))
-    # row by row: a scatter would keep a loop around it from being one kernel
-    acceleration = [given[held.index(i)] if i in held else moved[i] for i in range(6)]
-    zero = jnp.zeros_like(moved[0])
+    # number by number: a scatter would keep a loop around it from being one kernel
+    free, by, given = rows(free), [rows(x) for x in rows(columns)], rows(given)
+    reaction = _solve([by[i] for i in held], [given[k] - free[i] for k, i in enumerate(held)])
+    acceleration = [
+        given[held.index(i)] if i in held else free[i] + sum(c * r for c, r in zip(by[i], reaction))
+        for i in range(6)
+    ]
+    zero = jnp.zeros_like(free[0])
     return jnp.stack(acceleration), jnp.stack(
         [reaction[held.index(i)] if i in held else zero for i in range(6)]
     )
 
 
-def _solve(matrix: list[Array], right: list[Array]) -> list[Array]:
+def _solve(matrix: Sequence[Sequence[Array]], right: Sequence[Array]) -> list[Array]:
     """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this."""
     k = len(right)
     # apart, so that a reader of the program sees what of it depends on the motion (linear/degree.py)
-    rows, sides = [matrix[i] for i in range(k)], [right[i] for i in range(k)]
+    lines, sides = [list(line) for line in matrix], list(right)
     for i in range(k):  # symmetric and positive definite up to scaling: no pivoting needed
-        pivot = rows[i][i]
-        rows[i], sides[i] = rows[i] / pivot, sides[i] / pivot
-        for j in range(k):
-            if j != i:
-                factor = rows[j][i]
-                rows[j], sides[j] = rows[j] - factor * rows[i], sides[j] - factor * sides[i]
+        for j in range(i + 1, k):
+            factor = lines[j][i] / lines[i][i]
+            for c in range(i + 1, k):
+                lines[j][c] = lines[j][c] - factor * lines[i][c]
+            sides[j] = sides[j] - factor * sides[i]
+    for i in reversed(range(k)):
+        for c in range(i + 1, k):
+            sides[i] = sides[i] - lines[i][c] * sides[c]
+        sides[i] = sides[i] / lines[i][i]
     return sides

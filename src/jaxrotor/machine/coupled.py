@@ -68,9 +68,11 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     pull = mass.passed_on @ right + mass.own_given @ at_rest + mass.condensed @ extra
     size = 6 * len(owners)
 
+    per = jnp.unstack(mobility.transpose(1, 2, 0))
+
     def moved_by(forces):
-        own = _six(forces)
-        parts = [mobility[:, j].T[:, :, None] * own[:, j, None] for j in range(6)]
+        own = jnp.unstack(_six(forces), axis=1)
+        parts = [a[:, :, None] * f[:, None] for a, f in zip(per, own)]
         return sum(parts[1:], parts[0]).reshape(forces.shape)
 
     reduced = touch.on_owners(touch.on_owners(mass.condensed).T)
@@ -141,8 +143,9 @@ class _Touch(NamedTuple):
         the spin where it is not `hat`."""
         x = _six(X)
         if hat:
-            tilts = x[:, 3] + self.b[:, None] * x[:, 5], x[:, 4] + self.d[:, None] * x[:, 5]
-            x = jnp.stack([x[:, 0], x[:, 1], x[:, 2], *tilts, x[:, 5]], axis=1)
+            *along, psi, theta, turn = jnp.unstack(x, axis=1)
+            tilts = psi + self.b[:, None] * turn, theta + self.d[:, None] * turn
+            x = jnp.stack([*along, *tilts, turn], axis=1)
         if self.J is not None:
             x = jnp.einsum("jlk,kjn->kln", self.J, x)
         if self.holds is not None:

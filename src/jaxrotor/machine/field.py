@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.columns import columns
-from ..core.kinematics import from_turning, turning_lead_rates, with_last
+from ..core.kinematics import from_turning, turning_lead_acceleration, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .picked import picked
 from .ports import ports, shift_of, spread
@@ -60,7 +60,7 @@ class Evaluation(NamedTuple):
         if not invariant:
             return self.q, self.v, self.a
         q, v = from_turning(self.q, self.v)
-        return q, v, with_last(self.a, self.a[5] - turning_lead_rates(q, v, self.a)[1])
+        return q, v, with_last(self.a, self.a[5] - turning_lead_acceleration(q, v, self.a))
 
 
 def vector_field(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Float[Array, " d"]:
@@ -185,9 +185,9 @@ def unpack(t, y, system: System, reference: Reference) -> tuple[Array, Array, Ar
         spin: Any = np.array([p // layout.n_mass == 5 for p in held], float)
         if system.turn is not None:
             spin = spin * system.turn[np.array([p % layout.n_mass for p in held])]
-        at = np.argsort(np.array([*layout.free, *held]))
+        at, still = np.argsort(np.array([*layout.free, *held])), 0.0 * t
         u, s = (
-            picked(_join(x, jnp.stack([g[i] + 0.0 * t for g in given]) - spin * reference[i]), at)
+            picked(_join(x, jnp.stack([g[i] + still for g in given]) - spin * reference[i]), at)
             for i, x in enumerate((u, s))
         )
     return u.reshape(6, n // 6), s.reshape(6, n // 6), z

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from .picked import picked
 from .seen import seen
 from .system import System
 
@@ -19,19 +20,20 @@ def spread(x: Array, layout, shift: Array | None) -> Array:
 def shift_of(q: Array, system: System) -> Array:
     """Ports' coordinates less their stations' own, (6, n_nodes)."""
     layout = system.layout
-    out = jnp.zeros((6, layout.n_nodes))
+    parts, columns = [jnp.zeros((6, layout.n_nodes))], np.arange(layout.n_nodes)
     for port in layout.ports:
         group = layout.stations[port.group]
         members = np.array(port.members)
-        element = jax.tree.map(lambda x: x[..., members], system.stations[port.group])  # noqa: B023
-        at = q[:, group.start + members]
+        element = jax.tree.map(lambda x: picked(x, members), system.stations[port.group])  # noqa: B023
+        at = picked(q, group.start + members)
         moved = jax.vmap(
             lambda e, p: seen(e, layout.invariant).shift(port.name, p),  # noqa: B023
             in_axes=-1,
             out_axes=-1,
         )(element, at)
-        out = out.at[:, np.array(port.nodes)].set(moved)
-    return out
+        columns[np.array(port.nodes)] = sum(x.shape[1] for x in parts) + np.arange(len(members))
+        parts.append(moved)
+    return picked(jnp.concatenate(parts, axis=1), columns)
 
 
 def ports(q: Array, v: Array, system: System):

@@ -7,7 +7,14 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..core.kinematics import from_turning, turning_lead_rates, with_last
+from ..core.kinematics import (
+    Rows,
+    angles_of,
+    from_turning,
+    rows,
+    turning_lead_acceleration,
+    with_last,
+)
 from ..core.protocol import MASS_CENTRE, AbstractInertia, Vec6
 
 
@@ -17,22 +24,24 @@ class Seen(eqx.Module):
     element: Any
 
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
-        a = self.element.acceleration(*from_turning(q, v), _to_angles(q, Q))
-        return with_last(a, a[5] + turning_lead_rates(q, v, a)[1])
+        at, rates = rows(q), rows(v)
+        a = rows(self.element.acceleration(*from_turning(at, rates), _to_angles(at, Q)))
+        return with_last(a, a[5] + turning_lead_acceleration(at, rates, a))
 
     def kinetic_energy(self, q: Vec6, v: Vec6) -> Float[Array, ""]:
         return self.element.kinetic_energy(*from_turning(q, v))
 
     def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
-        weight = self.element.weight(from_turning(q, q)[0], gravity)
-        return _to_angles(-q, weight)
+        at = rows(q)
+        weight = self.element.weight(angles_of(at), gravity)
+        return _to_angles(at, weight, -0.5)
 
     def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
-        return self.element.height_energy(from_turning(q, q)[0], gravity)
+        return self.element.height_energy(angles_of(q), gravity)
 
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         # a body that sits askew on its shaft is tilted against it but not turned: chi is the shaft's too
-        return self.element.shift(port, from_turning(q, q)[0] if port == MASS_CENTRE else q)
+        return self.element.shift(port, angles_of(q) if port == MASS_CENTRE else q)
 
 
 def seen(element: Any, invariant: bool) -> Any:
@@ -42,7 +51,9 @@ def seen(element: Any, invariant: bool) -> Any:
     return Seen(element)
 
 
-def _to_angles(q: Vec6, Q: Vec6) -> Vec6:
-    """A generalized force conjugate to (psi, theta, chi), conjugate to (psi, theta, phi)."""
-    half = 0.5 * Q[5]
+def _to_angles(q: Rows, Q: Rows, share: float = 0.5) -> Vec6:
+    """A generalized force conjugate to (psi, theta, chi), conjugate to (psi, theta, phi); with `share` -1/2
+    the other way round."""
+    Q = rows(Q)
+    half = share * Q[5]
     return jnp.stack([Q[0], Q[1], Q[2], Q[3] + half * q[4], Q[4] + half * q[3], Q[5]])

@@ -35,12 +35,17 @@ class Instrumented(eqx.Module):
 
     def check(self) -> None:
         """Raises `InputError` where a channel does not find what it looks at: told by shapes alone."""
-        t, found = jnp.arange(3.0), []
-        for name, channel in self.channels.items():
-            try:
-                eqx.filter_eval_shape(lambda m, c=channel: c.measure(blank_run(m, t)), self.machine)
-            except InputError as error:
-                found += [f"`{name}`: {problem}" for problem in error.problems]
+        found = []
+
+        def all_of(machine: Machine) -> None:
+            run = blank_run(machine, jnp.arange(3.0))  # what they have in common is traced once
+            for name, channel in self.channels.items():
+                try:
+                    channel.measure(run)
+                except InputError as error:
+                    found.extend(f"`{name}`: {problem}" for problem in error.problems)
+
+        eqx.filter_eval_shape(all_of, self.machine)
         if found:
             raise InputError(*found)
 

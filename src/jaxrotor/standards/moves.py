@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 from ..core.parameter import numbers
 from ..linear.eigen import eigensystem_numbers
-from ..linear.linearise import models_at, models_over_speed
+from ..linear.linearise import models_at, rates_over_speed
 from ..linear.resolvent import resolvent
 from ..linear.slopes import Form
 from ..linear.torsion import torsional
@@ -33,11 +33,16 @@ class Rows(NamedTuple):
     other: np.ndarray
 
 
-class Sizes(NamedTuple):
-    """A number that masses and lengths alone decide, as `function` of the machine tells it, which cannot be
-    traced."""
+# Of what decides weights and where they are.
+SIZES = ("kg", "m", "kg/m^3")
+
+
+class Numbers(NamedTuple):
+    """A number that `function` of the machine tells, which is not traced: it is known how parameters in
+    `units` move it by differences; `None`: in any but angles."""
 
     function: Callable[[Machine], float]
+    units: tuple[str, ...] | None
 
 
 class Term(NamedTuple):
@@ -46,7 +51,7 @@ class Term(NamedTuple):
     weight: float
     machine: Machine
     at: Any
-    form: Form | Sizes | Callable[[Machine], Array]
+    form: Form | Numbers | Callable[[Machine], Array]
 
 
 Moves = tuple[Term, ...]
@@ -68,15 +73,12 @@ class Whirl:
         run, seen = excited(self.machine, unbalance, probes, float(speeds.max()), at)
         self.probes = probes
         self.seen = [Rows(*map(numbers, one)) for one in seen]
-        self.models = models_over_speed(
-            self.machine, np.linspace(speeds.min(), speeds.max(), 9), at
-        )
+        self.rates = rates_over_speed(self.machine, np.linspace(speeds.min(), speeds.max(), 9), at)
         self.forces = numbers(run.forces)
 
     def _motion(self, w: float) -> tuple[np.ndarray, np.ndarray]:
-        model = self.models(w)
-        A, n = np.asarray(model.A), self.forces.size
-        return A, resolvent(A, n, 1j * w, w**2 * (np.asarray(model.B) @ self.forces))
+        (A, B), n = self.rates(w), self.forces.size
+        return A, resolvent(A, n, 1j * w, w**2 * (B @ self.forces))
 
     def level(self, w: float, seen: Rows) -> float:
         """log of what a probe reads."""
@@ -99,7 +101,7 @@ class Whirl:
         found = (Term(1.0, self.given, self.at, Form(w, left, x, w**2 * self.forces)),)
         if self.unbalance is not None:
             return found
-        back = w**2 * (left @ np.asarray(self.models(w).B))
+        back = w**2 * (left @ self.rates(w)[1])
 
         def own(machine: Machine) -> Array:
             run: Excited = excited(machine.full(), None, self.probes, w, self.at)[0]

@@ -20,7 +20,7 @@ from ..core.result_text import shows
 from ..elements.rotors.rotor import Rotor
 from ..linear.condensing import condensed_below
 from ..linear.coordinates import coordinate_order, row_of
-from ..linear.linearise import check_linearized, linearize, models_over_speed
+from ..linear.linearise import check_linearized, linearize, rates_over_speed
 from ..linear.resolvent import resolvent
 from ..linear.response import FrequencyResponse, as_complex, solve
 from ..machine.machine import Machine
@@ -130,15 +130,14 @@ class Excited(eqx.Module):
         run: Excited = jax.tree.map(
             lambda x: np.asarray(known(x)) if eqx.is_array(x) else x, without_slopes(self)
         )
-        models, forces = (
-            models_over_speed(without_slopes(self.machine), speeds, self.at),
+        rates, forces = (
+            rates_over_speed(without_slopes(self.machine), speeds, self.at),
             run.forces,
         )
 
         def motion(w: float) -> np.ndarray:
-            model = models(w)
-            A, n = np.asarray(model.A), forces.shape[0]
-            return resolvent(A, n, 1j * w, w**2 * (np.asarray(model.B) @ forces))[:n]
+            (A, B), n = rates(w), forces.shape[0]
+            return resolvent(A, n, 1j * w, w**2 * (B @ forces))[:n]
 
         return motion
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.quick import quickly_compiled
 from ..linear.slopes import Form, slopes_of
 from ..machine.machine import Machine
-from .moves import Moves, Sizes
+from .moves import Moves, Numbers
 
 # Of so many entries each is a parameter by itself; a longer list (a table over speed) is one as a whole.
 _FEW = 6
@@ -33,7 +33,7 @@ def derivatives(
     done = 0
     for (_, at), (machine, held) in groups.items():
         forms = [form for form in held if isinstance(form, Form)]
-        direct = [form for form in held if not isinstance(form, (Form, Sizes))]
+        direct = [form for form in held if not isinstance(form, (Form, Numbers))]
         slopes = slopes_of(machine.full(), forms, at, lambda k, begun=done: step(begun + k, total))
         slopes += _directly(machine, direct)
         done += len(held)
@@ -42,7 +42,7 @@ def derivatives(
             values = slope.parameters()
             found[id(form)] = {p: np.asarray(v) for p, v in values.items() if v is not None}
         for form in held:
-            if isinstance(form, Sizes):
+            if isinstance(form, Numbers):
                 found[id(form)] = _by_differences(machine, form)
     out = []
     for one in moves:
@@ -69,15 +69,26 @@ def _directly(machine: Machine, functions: Sequence[Callable[[Machine], Any]]) -
     return program(machine)
 
 
-def _by_differences(machine: Machine, sizes: Sizes) -> dict[str, np.ndarray]:
-    """Of masses, lengths and densities: what the number depends on is smooth in them."""
+def _by_differences(machine: Machine, numbers: Numbers) -> dict[str, np.ndarray]:
+    """Of numbers and of the entries of short rows, central ones over 0.01 %."""
     out = {}
     for path, value in machine.parameters().items():
-        value = np.asarray(value)
-        if machine.units(path)[0] not in ("kg", "m", "kg/m^3") or value.ndim or value == 0:
+        value, units = np.asarray(value, float), machine.units(path)
+        wanted = "rad" not in units if numbers.units is None else units[0] in numbers.units
+        if not wanted or value.ndim > 1 or value.size > _FEW or not np.any(value):
             continue
-        ends = [sizes.function(machine.set({path: value * (1 + s * _PART)})) for s in (-1, 1)]
-        out[path] = np.asarray((ends[1] - ends[0]) / (2 * _PART * value))
+        slope = np.zeros(value.shape)
+        for place in np.ndindex(value.shape):
+            step = _PART * abs(value[place])
+            if step == 0:
+                continue
+            ends = []
+            for side in (-1, 1):
+                moved = value.copy()
+                moved[place] += side * step
+                ends.append(numbers.function(machine.set({path: moved})))
+            slope[place] = (ends[1] - ends[0]) / (2 * step)
+        out[path] = slope
     return out
 
 

@@ -14,7 +14,17 @@ from ..machine.machine import Machine
 from ..simulation.summary import parts_with_mass
 from ..standards.balance_grade import residual_unbalance
 from ..standards.finding import Assessment, Finding
-from ..standards.moves import Moves, Sizes, Term, Whirl, of_decrement, of_factor, of_torsion, scaled
+from ..standards.moves import (
+    SIZES,
+    Moves,
+    Numbers,
+    Term,
+    Whirl,
+    of_decrement,
+    of_factor,
+    of_torsion,
+    scaled,
+)
 from ..standards.placed import own_unbalance, placed_response
 from ..standards.sensitivity_zones import loop_sensitivity
 from ..standards.separation import SeparationCheck, required_margins, separation_margins
@@ -264,7 +274,7 @@ def _balance(machine: Machine, one: Balance, moving: bool) -> Iterator[Item]:
         return _residuals(m, one)
 
     for k, finding in enumerate(found(machine)):
-        sizes = Sizes(lambda m, k=k: float(found(m)[k].room))
+        sizes = Numbers(lambda m, k=k: float(found(m)[k].room), SIZES)
         yield Item(finding, (Term(1.0, machine, "undeformed", sizes),) if moving else ())
 
 
@@ -376,5 +386,6 @@ def _torsion(
                     weight,
                 )  # fmt: skip
         yield Item(finding, moves)
-    for finding in lives(machine, torsional, len(found.findings), speeds).findings:
-        yield Item(finding)
+    for finding, room in lives(machine, torsional, len(found.findings), speeds):
+        of = (Term(1.0, machine, "undeformed", Numbers(room, None)),)
+        yield Item(finding, of if moving and np.isfinite(float(finding.value)) else ())

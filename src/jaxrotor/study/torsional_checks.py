@@ -1,9 +1,12 @@
 """What [torsional] asks of the machine at its speeds: all that excites, and lives at meetings."""
 
+import functools
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from ..machine.machine import Machine
-from ..standards.finding import Assessment
+from ..standards.finding import Assessment, Finding
 from ..standards.torsional import (
     TorsionalExcitation,
     excitation_bands,
@@ -12,7 +15,7 @@ from ..standards.torsional import (
     torsional_margin,
 )
 from ..standards.torsional_life import torsional_life
-from .torsional import Torsional
+from .torsional import Exciting, StrengthOfShaft, Torsional
 
 
 def excitations_of(
@@ -29,13 +32,13 @@ def excitations_of(
 
 def lives(
     machine: Machine, asked: Torsional, count: int, speeds: tuple[float, float]
-) -> Assessment:
-    """Of the shafts whose `hours` are asked for, where an excitation with a torque is too near to a mode."""
-    found = Assessment(())
+) -> Iterator[tuple[Finding, Callable[[Machine], float]]]:
+    """Of the shafts whose `hours` are asked for, where an excitation with a torque is too near to a mode; and
+    the room of each for another machine."""
     forced = [one for one in asked.excitations if one.torque is not None]
     wanted = [one for one in asked.shafts if one.hours is not None]
     if not forced or not wanted:
-        return found
+        return
     natural = np.asarray(natural_torsion(machine, 0.5 * sum(speeds), "undeformed"))[:count]
     bands = np.asarray(excitation_bands(machine, [f.excitation for f in forced], speeds))
     for one, band in zip(forced, bands):
@@ -43,19 +46,30 @@ def lives(
             if float(torsional_margin(w, *band)) >= asked.margin:
                 continue
             for shaft in wanted:
-                found += torsional_life(
-                    machine,
-                    one.excitation,
-                    one.torque,
-                    one.station,
-                    shaft.name,
-                    speeds,
-                    shaft.curve,
-                    shaft.hours or 0.0,
-                    k + 1,
-                    shaft.diameter,
-                    shaft.inner_diameter,
-                    shaft.concentration,
-                    shaft.mean_torque,
-                )
-    return found
+                life = functools.partial(_life, one, shaft, speeds, k + 1)
+                for i, finding in enumerate(life(machine).findings):
+                    yield finding, lambda m, of=life, i=i: float(of(m).findings[i].room)
+
+
+def _life(
+    one: Exciting,
+    shaft: StrengthOfShaft,
+    speeds: tuple[float, float],
+    mode: int,
+    machine: Machine,
+) -> Assessment:
+    return torsional_life(
+        machine,
+        one.excitation,
+        one.torque,
+        one.station,
+        shaft.name,
+        speeds,
+        shaft.curve,
+        shaft.hours or 0.0,
+        mode,
+        shaft.diameter,
+        shaft.inner_diameter,
+        shaft.concentration,
+        shaft.mean_torque,
+    )

@@ -103,7 +103,14 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
         q, v = motions[0]
         turning = motions[-1][1][5]
         speed = jnp.abs(turning)
-        k, c = (interpolate(self.speeds, x, speed) for x in (self.stiffness, self.damping))
+        # in one: of both parts, what curves cost to compile is half
+        both = [x.reshape(len(self.speeds), -1) for x in (self.stiffness, self.damping)]
+        both = jnp.split(
+            interpolate(self.speeds, jnp.concatenate(both, axis=1), speed), [both[0].shape[1]]
+        )
+        k, c = (
+            x.reshape(shape.shape[1:]) for x, shape in zip(both, (self.stiffness, self.damping))
+        )
         # at rest the sign of a speed is that of its rounding
         seen = jnp.where(turning < -_AT_REST * self.speeds[-1], _MIRROR, 1.0)
         force = -seen * (_matrix(k) @ (seen * q) + _matrix(c) @ (seen * v))

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.kinematics import Vector, rotation
+from ...core.kinematics import Rows, Vector, rotation, rows
 from ...core.parameter import parameter
 from ...core.protocol import AbstractInertia, Ported, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
@@ -44,34 +44,33 @@ class RigidBody(AbstractInertia, Ported):
         return jnp.diag(self.inertia) if self.inertia.ndim == 1 else self.inertia
 
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
-        s, c = jnp.sin(q[5]), jnp.cos(q[5])
+        at = rows(q)
+        s, c = jnp.sin(at[5]), jnp.cos(at[5])
 
         def back(a: Vector) -> Vector:
             return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
         def times(matrix: Float[Array, "3 3"], a: Vector) -> Vector:
             b = back(a)
-            rows = [
-                matrix[i, 0] * b[0] + matrix[i, 1] * b[1] + matrix[i, 2] * b[2] for i in range(3)
-            ]
-            return _spun(q, (rows[0], rows[1], rows[2]))
+            x, y, z = (m[0] * b[0] + m[1] * b[1] + m[2] * b[2] for m in map(rows, rows(matrix)))
+            return _spun(at, (x, y, z))
 
         J = self.tensor()
         inverse = _inverse_symmetric(J)
         return rigid_acceleration(
-            q,
+            at,
             v,
             Q,
             self.mass,
-            self._offset(q),
+            self._offset(at),
             lambda a: times(J, a),
             lambda a: times(inverse, a),
         )
 
-    def _offset(self, q: Vec6) -> Vector:
+    def _offset(self, q: Rows) -> Vector:
         """Mass centre less the station's centre in the frame that tilts but does not spin, m."""
-        m = self.mass_centre
-        return _spun(q, (m[0], m[1], m[2]))
+        x, y, z = rows(self.mass_centre)
+        return _spun(q, (x, y, z))
 
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port != "mass_centre":
@@ -82,13 +81,14 @@ class RigidBody(AbstractInertia, Ported):
         return rigid_kinetic_energy(q, v, self.mass, self.mass_centre, self.tensor())
 
     def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
-        return rigid_weight(q, self.mass, self._offset(q), gravity)
+        at = rows(q)
+        return rigid_weight(at, self.mass, self._offset(at), gravity)
 
     def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
         return rigid_height_energy(q, self.mass, self.mass_centre, gravity)
 
 
-def _spun(q: Vec6, a: Vector) -> Vector:
+def _spun(q: Rows, a: Vector) -> Vector:
     """From the body's frame to the one that tilts but does not spin."""
     s, c = jnp.sin(q[5]), jnp.cos(q[5])
     return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]

@@ -5,16 +5,26 @@ from collections.abc import Callable
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ...core.kinematics import Vector, cross, from_tilted, rotation, rotation_axes, to_tilted
+from ...core.kinematics import (
+    Rows,
+    Tilt,
+    Vector,
+    cross,
+    from_tilted,
+    rotation,
+    rotation_axes,
+    rows,
+    to_tilted,
+)
 from ...core.protocol import Vec6
 
 
 def rigid_acceleration(
-    q: Vec6,
-    v: Vec6,
-    Q: Vec6,
+    q: Rows,
+    v: Rows,
+    Q: Rows,
     mass: Array,
-    offset: Vector,
+    offset: Vector | tuple[Array, Array],
     inertia: Callable[[Vector], Vector],
     inverse_inertia: Callable[[Vector], Vector],
 ) -> Vec6:
@@ -28,22 +38,24 @@ def rigid_acceleration(
 
     - `q`, `v`, `Q`: coordinates, rates, generalized force ON the body at C.
     - `mass`: kg.
-    - `offset`: the mass centre less C, in B, m.
+    - `offset`: the mass centre less C, in B, m; two components where it has none along the axis.
     - `inertia`, `inverse_inertia`: the inertia tensor about the mass centre in B, kg·m², applied to
       a vector, and its inverse.
 
     Source: Matyja & Łazarz 2014, their decoupled equations; the decoupling done exactly.
     """
-    psi, theta = q[3], q[4]
-    st, ct = jnp.sin(theta), jnp.cos(theta)
-    psi_t, theta_t, phi_t = v[3], v[4], v[5]
-    w = (psi_t * ct, theta_t, phi_t + psi_t * st)
-    frame = (psi_t * ct, theta_t, psi_t * st)
-    force = to_tilted(psi, theta, (Q[0], Q[1], Q[2]))
+    _, _, _, psi, theta, _ = rows(q)
+    _, _, _, psi_t, theta_t, phi_t = rows(v)
+    Q = rows(Q)
+    tilt = Tilt.of(psi, theta)
+    st, ct = tilt.st, tilt.ct
+    across, along = psi_t * ct, psi_t * st  # W = (across, theta', along)
+    w = (across, theta_t, phi_t + along)
+    force = to_tilted(tilt, (Q[0], Q[1], Q[2]))
     torque = ((Q[3] - st * Q[5]) / ct, Q[4], Q[5])
 
     r = offset
-    moment = cross(r, force)
+    moment = _from_arm(r, force)
     gyro = cross(w, inertia(w))
     al = inverse_inertia(
         (
@@ -52,21 +64,27 @@ def rigid_acceleration(
             torque[2] - moment[2] - gyro[2],
         )
     )
-    tangential, centripetal = cross(al, r), cross(w, cross(w, r))
+    # r×al = -al×r, and w×(r×w) = -w×(w×r)
+    tangential, centripetal = _from_arm(r, al), cross(w, _from_arm(r, w))
     a = from_tilted(
-        psi,
-        theta,
+        tilt,
         (
-            force[0] / mass - tangential[0] - centripetal[0],
-            force[1] / mass - tangential[1] - centripetal[1],
-            force[2] / mass - tangential[2] - centripetal[2],
+            force[0] / mass + tangential[0] + centripetal[0],
+            force[1] / mass + tangential[1] + centripetal[1],
+            force[2] / mass + tangential[2] + centripetal[2],
         ),
     )
-    transport = cross(frame, w)
-    b = (al[0] - transport[0], al[1] - transport[1], al[2] - transport[2])
-    psi_tt = (b[0] + psi_t * theta_t * st) / ct
-    phi_tt = b[2] - psi_tt * st - psi_t * theta_t * ct
-    return jnp.stack([a[0], a[1], a[2], psi_tt, b[1], phi_tt])
+    # W×w = phi' (theta', -across, 0)
+    psi_tt = (al[0] - phi_t * theta_t + theta_t * along) / ct
+    phi_tt = al[2] - psi_tt * st - theta_t * across
+    return jnp.stack([a[0], a[1], a[2], psi_tt, al[1] + phi_t * across, phi_tt])
+
+
+def _from_arm(r: Vector | tuple[Array, Array], b: Vector) -> Vector:
+    """r×b, without the products that are none where r has nothing along the axis."""
+    if len(r) == 3:
+        return cross(r, b)
+    return r[1] * b[2], -r[0] * b[2], r[0] * b[1] - r[1] * b[0]
 
 
 def rigid_kinetic_energy(
@@ -84,11 +102,16 @@ def rigid_kinetic_energy(
     return 0.5 * mass * (v_mass @ v_mass) + 0.5 * w_body @ tensor @ w_body
 
 
-def rigid_weight(q: Vec6, mass: Array, offset: Vector, gravity: Float[Array, "3"]) -> Vec6:
-    """Weight at the mass centre as a generalized force at C: `∂(m g·r_P)/∂q`; `offset` in B, m."""
-    force = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
-    moment = cross(offset, to_tilted(q[3], q[4], force))
-    about_psi = jnp.cos(q[4]) * moment[0] + jnp.sin(q[4]) * moment[2]
+def rigid_weight(
+    q: Rows, mass: Array, offset: Vector | tuple[Array, Array], gravity: Float[Array, "3"]
+) -> Vec6:
+    """Weight at the mass centre as a generalized force at C: `∂(m g·r_P)/∂q`; `offset` as there."""
+    gx, gy, gz = rows(gravity)
+    force = (mass * gx, mass * gy, mass * gz)
+    _, _, _, psi, theta, _ = rows(q)
+    tilt = Tilt.of(psi, theta)
+    moment = _from_arm(offset, to_tilted(tilt, force))
+    about_psi = tilt.ct * moment[0] + tilt.st * moment[2]
     return jnp.stack([*force, about_psi, moment[1], moment[2]])
 
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.gate import takes
-from ...core.kinematics import Vector, dot, from_tilted, rotation
+from ...core.kinematics import Rows, Tilt, Vector, dot, rotation, rows
 from ...core.parameter import parameter
 from ...core.part import Part
 from ...core.protocol import AbstractInertia, Ended, Nominal, Vec6
@@ -100,7 +100,8 @@ class Rotor(AbstractInertia, Ended, Nominal):
 
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:
         u, jt, jp = self.unbalance, self.transverse_inertia, self.polar_inertia
-        at_g = q[5] + self.angle + u.inclination_angle
+        at = rows(q)
+        at_g = at[5] + self.angle + u.inclination_angle
         sin_g, cos_g = jnp.sin(u.inclination), jnp.cos(u.inclination)
         n = (jnp.sin(at_g) * sin_g, -jnp.cos(at_g) * sin_g, cos_g + jnp.zeros_like(at_g))
 
@@ -114,19 +115,19 @@ class Rotor(AbstractInertia, Ended, Nominal):
             )
 
         return rigid_acceleration(
-            q,
+            at,
             v,
             Q,
             self.mass,
-            self._offset(q),
+            self._offset(at),
             lambda a: axial(a, jt, jp),
             lambda a: axial(a, 1 / jt, 1 / jp),
         )
 
-    def _offset(self, q: Vec6) -> Vector:
+    def _offset(self, q: Rows) -> tuple[Array, Array]:
         """Mass centre less geometric centre in the frame that tilts but does not spin, m."""
         at, e = q[5] + self.angle + self.unbalance.angle, self.unbalance.eccentricity
-        return e * jnp.cos(at), e * jnp.sin(at), jnp.zeros_like(at)
+        return e * jnp.cos(at), e * jnp.sin(at)
 
     def mass_centre(self) -> Float[Array, "3"]:
         """Mass centre less geometric centre in the frame that turns with phi, m."""
@@ -146,7 +147,8 @@ class Rotor(AbstractInertia, Ended, Nominal):
         return rigid_kinetic_energy(q, v, self.mass, self.mass_centre(), self.tensor())
 
     def weight(self, q: Vec6, gravity: Float[Array, "3"]) -> Vec6:
-        return rigid_weight(q, self.mass, self._offset(q), gravity)
+        at = rows(q)
+        return rigid_weight(at, self.mass, self._offset(at), gravity)
 
     def height_energy(self, q: Vec6, gravity: Float[Array, "3"]) -> Float[Array, ""]:
         return rigid_height_energy(q, self.mass, self.mass_centre(), gravity)
@@ -154,6 +156,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
     def shift(self, port: str, q: Vec6) -> Vec6 | None:
         if port == "mass_centre":
             return jnp.concatenate([rotation(q) @ self.mass_centre(), jnp.zeros(3)])
+        q = rows(q)
         along = jnp.zeros_like(q[0])
         if port in ("left", "right") and self.ends is not None:
             along = -self.ends[0] if port == "left" else self.ends[1]
@@ -161,14 +164,15 @@ class Rotor(AbstractInertia, Ended, Nominal):
         if port == "":
             return shape
         zero = jnp.zeros_like(q[0])
-        axis = from_tilted(q[3], q[4], (zero, zero, along))
-        end = jnp.stack([axis[0], axis[1], axis[2] - along, zero, zero, zero])
+        sp, cp, st, ct = Tilt.of(q[3], q[4])
+        # the axis, tilted, less itself
+        end = jnp.stack([along * st, -along * sp * ct, along * (cp * ct - 1.0), zero, zero, zero])
         return end if shape is None else end + shape
 
     def end(self, side: str) -> str:
         return "" if self.ends is None else f".{side}"
 
-    def _shape(self, q: Vec6, along: Array) -> Vec6 | None:
+    def _shape(self, q: Rows, along: Array) -> Vec6 | None:
         """Less the stress-free displacement of the imperfect rotor, `along` its axis from C."""
         if self.imperfection is None:
             return None

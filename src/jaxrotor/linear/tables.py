@@ -1,0 +1,90 @@
+"""Supports whose coefficients stand in tables over the speed, which no polynomial is: taken apart from the
+machine, and what they add to its matrices."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..core.kinematics import COORDINATES
+from ..core.quick import quickly_compiled
+from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..machine.machine import Machine
+from .coordinates import coordinate_order
+from .steady import Steady
+
+
+class Tables(NamedTuple):
+    """`rest`: the machine with supports that do nothing in the place of `parts`; where each of them stands:
+    `places`, of its six coordinates among the free ones in the order of the vector field, -1 for what is
+    held; `turning`: the station whose speed its table is over."""
+
+    rest: Machine
+    parts: tuple[SpeedDependentSupport, ...]
+    places: np.ndarray
+    turning: np.ndarray
+
+    @property
+    def drag(self) -> bool:
+        """Whether one answers to the spin itself, with a force on what lies straight."""
+        return any(np.any(np.asarray(part.damping)[..., 5]) for part in self.parts)
+
+    def added(self, found: Steady) -> Steady:
+        """To what is found of `rest` where it lies straight."""
+        pull = found.at.pull.copy()
+        A = self.added_to(found.at.A, found.at.B, found.at.state.velocity, pull)
+        return found._replace(at=found.at._replace(A=A, pull=pull))
+
+    def added_to(
+        self, A: np.ndarray, B: np.ndarray, velocity: Any, pull: np.ndarray | None = None
+    ) -> np.ndarray:
+        """A of the whole; `velocity` of the stations, (m, 6). To `pull` it is added in place."""
+        n, A = B.shape[1], A.copy()
+        spins = np.asarray(velocity)[self.turning, 5]
+        for place, slopes in zip(self.places, _slopes(self.parts, jax.device_put(spins))):
+            free = np.flatnonzero(place >= 0)
+            rows = place[free]
+            for begin, slope in zip((0, n), np.asarray(slopes)):
+                forces = slope[np.ix_(free, free)]
+                A[:, begin + rows] += B[:, rows] @ forces
+                if pull is not None:
+                    pull[np.ix_(rows, begin + rows)] += forces
+        return A
+
+
+def tables_of(machine: Machine) -> Tables | None:
+    """`None` where it has none, or holds one in a way of its own."""
+    wiring, order, labels = machine.wiring, *coordinate_order(machine)[2:]
+    elements = machine.elements()
+    nothing = LinearSupport(jnp.zeros(6), jnp.zeros(6))
+    names, places, turning = [], [], []
+    for name, ends in zip(wiring.connectors, wiring.ends):
+        if type(elements[name]) is not SpeedDependentSupport:
+            continue
+        (station, port), *others = ends
+        if port or others:
+            return None
+        own = [(wiring.stations[station], c) for c in COORDINATES]
+        names.append(name)
+        places.append([order[labels.index(x)] if x in labels else -1 for x in own])
+        turning.append(station)
+    if not names:
+        return None
+    parts: Any = tuple(elements[name] for name in names)
+    rest = machine.set({name: nothing for name in names})
+    return Tables(rest, parts, np.array(places), np.array(turning))
+
+
+@quickly_compiled
+def _slopes(parts: tuple[SpeedDependentSupport, ...], spins: Any) -> list[Any]:
+    """Of each, how its forces change with its deflection and with its velocity: (2, 6, 6)."""
+
+    def of(part: SpeedDependentSupport, spin: Any) -> Any:
+        def force(motion: Any) -> Any:
+            return part.forces(jnp.zeros(()), (tuple(motion),), None)[0]
+
+        there = jnp.zeros((2, 6)).at[1, 5].set(spin)
+        return jnp.moveaxis(jax.jacfwd(force)(there), 1, 0)
+
+    return [of(part, spin) for part, spin in zip(parts, spins)]
