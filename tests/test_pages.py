@@ -326,6 +326,25 @@ def test_the_page_of_a_sweep(tmp_path):
     np.testing.assert_allclose(median["y"], 1e3 * np.median(1e-3 * series, axis=0), rtol=1e-4)
 
 
+def test_a_run_that_failed(tmp_path, run, capsys):
+    """What was computed before is shown, and that it failed stands on top; too little of it is refused."""
+    folder = tmp_path / "failed"
+    shutil.copytree(run[1], folder)
+    with xr.open_dataset(folder / "response.nc", engine="h5netcdf") as found:
+        data = found.load()
+    told = json.loads((folder / "summary.json").read_text())
+    told["failed"] = "it went beyond all bounds at 0.9 s"
+    (folder / "summary.json").write_text(json.dumps(told))
+    data["position"][900:] = np.nan
+    data.to_netcdf(folder / "response.nc", engine="h5netcdf", invalid_netcdf=False)
+    text = laid_out(folder)
+    assert '<ul class="warnings"><li>The run did not end as it should: it went beyond' in text
+    assert "0.899 s, 900 samples" in text and "Orbits" in text
+    data["position"][3:] = np.nan
+    data.to_netcdf(folder / "response.nc", engine="h5netcdf", invalid_netcdf=False)
+    assert "holds 3 samples, too few" in refused([folder], capsys)
+
+
 def test_other_results_and_lone_files(tmp_path, run):
     """A kind without a layout of its own shows what its summary says; a saved run needs no folder."""
     summary = {"study": "gone.toml", "title": "Torsion", "modes": [{"name": "t 1", "hertz": 36.0}]}

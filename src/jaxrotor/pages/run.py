@@ -39,6 +39,8 @@ _MOST = 3
 _STILL = 1e-9
 # Points across a map, and how far below its highest its colours reach, in tens.
 _LINES, _FEWEST, _DECADES = 320, 40, 4
+# Samples of a run.
+_SHORTEST = 8
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,15 @@ def read_samples(path: Path) -> Samples:
         raise InputError(f"`{path}`: cannot be read ({words}): run the study again") from None
     if not {"position", "speed", "time", "station"} <= {*data.variables}:
         raise InputError(f"`{path}`: is no run of jaxrotor: name the response.nc of one")
-    return Samples(data)
+    # of a run that failed, what was computed before
+    each = data["position"].values, data["speed"].values
+    finite = np.logical_and(*(np.isfinite(x).reshape(len(x), -1).all(axis=1) for x in each))
+    whole = finite.size if finite.all() else int(np.argmin(finite))
+    if whole < _SHORTEST:
+        raise InputError(
+            f"`{path}`: holds {whole} samples, too few to be shown: run the study again"
+        )
+    return Samples(data.isel(time=slice(0, whole)))
 
 
 def chapters(result: Result) -> list[Chapter]:
