@@ -82,7 +82,7 @@ def animated(machine: Machine, names: Sequence[str], course: Course) -> Interact
             "mode": "markers+text",
             "marker": {"color": ORANGE, "size": 9},
             "text": list(names),
-            "textposition": "top center",
+            "textposition": _beside(place),
             "cliponaxis": False,
         },
     )
@@ -91,7 +91,8 @@ def animated(machine: Machine, names: Sequence[str], course: Course) -> Interact
     reach = 1.5 * _REACH * length
     layout = {
         "height": 430 + 90 * int(lanes.max()),
-        "margin": {"l": 20, "r": 20, "t": 20, "b": 110},
+        "margin": {"l": 20, "r": 20, "t": 20, "b": 130},
+        "showlegend": False,
         "xaxis": {
             "range": [place.min() - 0.09 * length, place.max() + 0.09 * length],
             "visible": False,
@@ -122,6 +123,12 @@ def _seen(course: Course, t: float, speed: float, phase: float) -> tuple[np.ndar
     at = phase * _POINTS
     low = int(at)
     return orbit, orbit[low] + (at - low) * (orbit[min(low + 1, _POINTS)] - orbit[low])
+
+
+def _beside(place: np.ndarray) -> list[str]:
+    """Names above and below in turn, from left to right: neighbours do not run into each other."""
+    rank = np.argsort(np.argsort(place, kind="stable"), kind="stable")
+    return ["bottom center" if k % 2 else "top center" for k in rank]
 
 
 def _projected(
@@ -196,11 +203,11 @@ def _controls(labels: list[str], start: int) -> dict[str, Any]:
             {
                 "steps": steps,
                 "active": start,
-                "x": 0.14,
-                "len": 0.86,
+                "x": 0.0,
+                "len": 1.0,
                 "y": -0.02,
                 "yanchor": "top",
-                "pad": {"t": 18},
+                "pad": {"t": 52},
                 "currentvalue": {"xanchor": "right", "font": {"size": 13, "color": GREY}},
                 "ticklen": 0,
                 "minorticklen": 0,
@@ -218,7 +225,7 @@ def _controls(labels: list[str], start: int) -> dict[str, Any]:
                 "xanchor": "left",
                 "y": -0.02,
                 "yanchor": "top",
-                "pad": {"t": 26},
+                "pad": {"t": 8},
             }
         ],
     }

@@ -244,7 +244,7 @@ def _vibration(samples: Samples, names: list[str]) -> list[Part]:
     speeds = {n: RPM * np.abs(samples.speed(n)) for n in names}
     radial = [
         Panel(
-            f"{n}: distance from the axis over its speed",
+            f"{n}: distance over its speed",
             unit,
             [Curve("distance", speeds[n], size * np.hypot(*samples.xy(n).T), PURPLE)],
         )
