@@ -49,7 +49,7 @@ torsional_standards short_circuit rk4_rig linear_numbers torsional_command
 configs shafts_with_mass linear run_error critical bearings control identify_experiments order_tracked ross
 governed_config information design_experiments oil_film_config jumps measures reference optimize shaft_defects
 optimize_cli sweep_cli critical_speed_design fitted
-energy couplings gears tracing report norms regulators diagnose
+energy couplings gears tracing report norms regulators diagnose notebooks pages
 """.split()
 
 

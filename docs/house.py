@@ -19,7 +19,7 @@ ORDER = """
 core profiles machine
 elements/laws elements/rotors elements/shafts elements/couplings elements/drives elements/bearings
 elements/control elements integrators simulation interop linear sensors search identification objectives
-optimization sweeps diagnostics standards plot study commands
+optimization sweeps diagnostics standards plot study pages commands
 """.split()
 
 

@@ -212,19 +212,21 @@ def test_gears_join_no_axis_to_another_and_branches_have_a_lane():
     at = {name: i for i, name in enumerate(where.names)}
     amplitudes = np.zeros((len(at), 6), complex)
     amplitudes[:, 0] = 1.0 + np.arange(len(at))
-    first, second = deflection.axes_of(machine, where, amplitudes)
-    cuts = np.flatnonzero(np.isnan(first.z))
-    assert cuts.size == 1
-    before, after = first.amplitudes[cuts[0] - 1, 0], first.amplitudes[cuts[0] + 1, 0]
-    assert before == amplitudes[at["pinion"], 0] and after == amplitudes[at["wheel"], 0]
-    assert second.lane == where.lanes[at["pump"]] == 1
-    assert second.amplitudes[0, 0] == amplitudes[at["wheel"], 0]  # it starts where it leaves
-    assert second.amplitudes[-1, 0] == amplitudes[at["pump"], 0]
+    first, second, third = deflection.axes_of(machine, where, amplitudes)
+    # what gears drive stands beside its driver: no axis is cut
+    assert not any(np.isnan(axis.z).any() for axis in (first, second, third))
+    assert first.amplitudes[-1, 0] == amplitudes[at["pinion"], 0]
+    assert where.z[at["pinion"]] == where.z[at["wheel"]]
+    assert second.lane == where.lanes[at["wheel"]] == 1
+    assert second.amplitudes[0, 0] == amplitudes[at["wheel"], 0]
+    assert third.lane == where.lanes[at["pump"]] == 2
+    assert third.amplitudes[0, 0] == amplitudes[at["wheel"], 0]  # it starts where it leaves
+    assert third.amplitudes[-1, 0] == amplitudes[at["pump"], 0]
     assert {where.names[i] for i in where.supported} == {"motor", "wheel"}
     assert {where.names[i] for i in where.rotors} == {"pinion", "wheel", "fan", "pump"}
     links = deflection.links(machine, where)
-    assert ([where.z[at["pinion"]], where.z[at["wheel"]]], [0, 0]) in links
-    assert ([where.z[at["wheel"]]] * 2, [0, 1]) in links
+    assert ([where.z[at["pinion"]], where.z[at["wheel"]]], [0, 1]) in links
+    assert ([where.z[at["wheel"]]] * 2, [1, 2]) in links
 
 
 def test_a_rotor_of_some_length_is_straight_between_its_ends():

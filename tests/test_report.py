@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from helpers import at_instants
 
 import jaxrotor as jr
 from jaxrotor import plot
 from jaxrotor.commands.observations import amplitude, falls_to, turn_mean
 from jaxrotor.commands.run_report import summary, summary_table, write_report
 from jaxrotor.diagnostics.spectrum import power_spectral_density
-from jaxrotor.plot.chart import Curve, chart, turning_points
-from jaxrotor.plot.machine import positions
+from jaxrotor.plot.chart import Curve, chart
+from jaxrotor.plot.lanes import positions
+from jaxrotor.plot.style import band, turning_points
 from jaxrotor.study.quantities import quantities, read_quantity
 
 
@@ -52,6 +54,121 @@ def test_branches_get_lanes_of_their_own():
     for name in ("motor", "hub", "fan", "pump"):
         assert name in words
     assert any(w.startswith("brake") for w in words) and any("Ø20" in w for w in words)
+
+
+def geared():
+    """A motor, a coupling without a length, and two rotors joined by gears: the second turns backward."""
+    mesh = jr.GearMesh((0.1, 0.3), jr.elements.KelvinVoigt(1e8, 1e3))
+    return jr.Machine(
+        {
+            "motor": jr.Rotor(20.0, 0.4, 0.3),
+            "coupling": jr.ElasticMatrix(1e3 * np.eye(12), np.zeros((12, 12))),
+            "pinion": jr.Rotor(3.0, 0.01, 0.01),
+            "mesh": mesh,
+            "wheel": jr.Rotor(20.0, 0.9, 0.5),
+            "shaft": jr.Shaft(length=0.4, diameter=0.05),
+            "fan": jr.Rotor(20.0, 2.0, 1.0),
+        },
+        {
+            "coupling": ("motor", "pinion"),
+            "mesh": ("pinion", "wheel"),
+            "shaft": ("wheel", "fan"),
+        },
+    )
+
+
+def twelve():
+    """Twelve rotors side by side, with names, shafts and supports to be told apart."""
+    line = {}
+    for k in range(12):
+        line[f"impeller {k + 1}"] = jr.Rotor(2.0, 0.012 / (1 + k % 3), 0.008 / (1 + k % 3))
+        line[f"shaft {k + 1}"] = jr.Shaft(length=0.05, diameter=0.05)
+    line.popitem()
+    foot = jr.LinearSupport([1e6, 1e6, 1e6, 1e3, 1e3, 0])
+    return jr.Machine.in_line(
+        line, {f"bearing {k}": (foot, f"impeller {k}") for k in (1, 6, 7, 12)}
+    )
+
+
+@pytest.mark.parametrize("build", [branched, geared, twelve])
+def test_no_words_of_a_drawing_run_into_each_other(build):
+    ax = plot.draw_machine(build())
+    figure = ax.figure
+    renderer = figure.canvas.get_renderer()
+    boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in ax.texts if t.get_text()]
+    assert len(boxes) > 5
+    for i, (name, box) in enumerate(boxes):
+        for other, against in boxes[i + 1 :]:
+            assert not box.overlaps(against), (name, other)
+
+
+def test_what_gears_drive_stands_beside_its_driver():
+    where = positions(geared())
+    assert where["wheel"][0] == where["pinion"][0] and where["wheel"][1] == where["pinion"][1] + 1
+    assert where["fan"] == (pytest.approx(where["wheel"][0] + 0.4), where["wheel"][1])
+
+
+def test_parts_without_a_length_do_not_lie_in_each_other():
+    """Wide rotors joined by couplings: there is air between their discs."""
+    wide = jr.Rotor(10.0, 0.5, 1.0)
+    loose = jr.ElasticMatrix(1e3 * np.eye(12), np.zeros((12, 12)))
+    machine = jr.Machine.in_line({"a": wide, "c": loose, "b": wide})
+    where = positions(machine)
+    width = np.sqrt(12 * 1.0 / 10.0 - 3 * 2 * 0.5 / 10.0)  # of the disc with these inertias
+    assert where["b"][0] - where["a"][0] > 1.1 * width
+
+
+def test_distances_fill_their_panels_where_gears_turn_backward():
+    """Over the size of each rotor's own speed: no half of a panel is empty."""
+    machine = geared()
+    t = np.linspace(0.0, 1.0, 40)
+    q, v = np.zeros((40, 4, 6)), np.zeros((40, 4, 6))
+    for k, ratio in enumerate((1.0, 1.0, -1 / 3, -1 / 3)):
+        q[:, k, 0] = 1e-4 * t
+        v[:, k, 5] = 150.0 * ratio * t
+    run = at_instants(machine, q, v, t)
+    for name, ax in zip(("motor", "fan"), plot.distances(run, ["motor", "fan"])):
+        x = np.concatenate([line.get_xdata() for line in ax.lines if len(line.get_xdata()) == 40])
+        low, high = ax.get_xlim()
+        assert x.min() >= 0 and (x.max() - x.min()) / (high - low) > 0.85
+        assert ax.get_xlabel() == f"speed of `{name}`, rad/s"
+
+
+def test_six_torques_at_most():
+    """The largest, in the machine's order; all where they are named."""
+    line = {}
+    for k in range(9):
+        line[f"d{k}"] = jr.Rotor(1.0, 0.01, 0.008)
+        line[f"s{k}"] = jr.Shaft(length=0.1, diameter=0.01)
+    line.popitem()
+    t = np.linspace(0.0, 1.0, 20)
+    q = np.zeros((20, 9, 6))
+    twists = np.array([1, 9, 2, 8, 3, 7, 6, 5]) * 1e-3
+    q[:, 1:, 5] = t[:, None] * np.cumsum(twists)
+    run = at_instants(jr.Machine.in_line(line), q, 0 * q, t)
+    (ax,) = plot.torques(run)
+    names = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert names == [f"`s{k}`" for k in (1, 3, 4, 5, 6, 7)]
+    assert "6 largest of 8" in ax.get_title(loc="left")
+    (ax,) = plot.torques(run, [f"s{k}" for k in range(8)])
+    looks = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
+    assert len(looks) == 8
+
+
+def test_bands_let_through_what_is_behind():
+    """A dense oscillation: its fill and its trace are faint, its edges are not."""
+    import matplotlib.pyplot as plt
+
+    t = np.linspace(0.0, 1.0, 8001)
+    _, ax = plt.subplots()
+    band(ax, t, np.sin(2 * np.pi * 400 * t), "#0072B2", "x")
+    (fill,) = ax.collections
+    assert fill.get_alpha() <= 0.25
+    edges = [line for line in ax.lines if len(line.get_xdata()) and not line.get_alpha()]
+    assert sorted(round(float(np.median(e.get_ydata()))) for e in edges) == [-1, 1]
+    _, ax = plt.subplots()
+    band(ax, t, np.sin(20 * t), "#0072B2", "x")
+    assert not ax.collections and len(ax.lines) == 1
 
 
 def test_the_disc_is_drawn_to_scale(two_rotor):

@@ -17,6 +17,7 @@ from ..standards.sensitivities import by_percent, derivatives
 from ..study.assessing import Assessed, Item, assessed
 from ..study.study import Study
 from .assess_figures import save_figures
+from .made import made_of
 from .options import study_name
 
 # 1 is what an unforeseen error of Python ends with
@@ -166,6 +167,7 @@ def markdown_of(rows: list[Row]) -> str:
 def summary_of(study: Study, rows: list[Row]) -> dict[str, Any]:
     return {
         "study": study_name(study),
+        "made": made_of(study),
         "version": installed_version(),
         "met": not any(row.verdict == "NOT MET" for row in rows),
         "findings": [_plain(row) for row in rows],

@@ -1,6 +1,6 @@
 """The command line: `jaxrotor run|check|show|modes|campbell|response|torsional|assess|report|identify|
 optimize|sweep STUDY.toml`,
-`jaxrotor record FILE`.
+`jaxrotor report RESULT`, `jaxrotor record FILE`, `jaxrotor new|schema|completion`.
 
 JAX is imported after the arguments are read, so that `--help` answers at once; 64-bit floats are
 set here, by the program, never by the library.
@@ -22,6 +22,7 @@ from ..core.interrupt import (
     time_limit,
 )
 from ..core.version import installed_version
+from .made import by_command
 from .parser import parser
 
 OK, INPUT, FAILED = 0, 2, 3
@@ -38,6 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         top.print_help()
         return OK
     try:
+        if given.command == "completion":  # the shell waits for it
+            return _completion(given)
         _set_up()
         limit = _limit(getattr(given, "time_limit", None))
         commands = {
@@ -54,8 +57,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "optimize": _optimize,
             "sweep": _sweep,
             "record": _record,
+            "new": _new,
+            "schema": _schema,
         }
-        with time_limit(limit):
+        told = sys.argv[1:] if arguments is None else arguments
+        with time_limit(limit), by_command(told):
             return commands[given.command](given)
     except JaxrotorError as error:
         for problem in error.problems:
@@ -213,9 +219,19 @@ def _assess(given: argparse.Namespace) -> int:
 
 
 def _report(given: argparse.Namespace) -> int:
+    place: Path = given.study
+    if place.suffix.lower() != ".toml":
+        if given.standard is not None:
+            raise InputError(
+                f"`--standard`: goes with a study, STUDY.toml, but `{place}` is none: leave it out for the "
+                "page of a result"
+            )
+        from .report_result import report_result
+
+        return report_result(place, given.out, given.quiet)
     from .report import run_report
 
-    study = _load(given.study, run=False)
+    study = _load(place, run=False)
     return run_report(study, given.out, not given.no_gradients, given.quiet)
 
 
@@ -245,6 +261,27 @@ def _record(given: argparse.Namespace) -> int:
     if given.init is None:
         return run_record(given.file, given.out, given.force)
     return init_record(given.file, Path(given.init) if given.init else None, given.force)
+
+
+def _new(given: argparse.Namespace) -> int:
+    from .new import list_templates, new_study
+
+    if given.list or given.template is None:
+        return list_templates()
+    return new_study(given.template, given.file, given.force)
+
+
+def _schema(given: argparse.Namespace) -> int:
+    from .new import print_schema
+
+    return print_schema(given.out)
+
+
+def _completion(given: argparse.Namespace) -> int:
+    from .completion import script
+
+    print(script(parser(), given.shell))
+    return OK
 
 
 if __name__ == "__main__":

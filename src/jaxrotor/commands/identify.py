@@ -17,8 +17,9 @@ from ..identification.read_response import read_response
 from ..identification.trials import Trial
 from ..sensors.read import read_record
 from ..study.study import Study
+from .made import made_of
 from .options import study_name
-from .output import save_figure
+from .output import save_figure, save_table
 
 
 def identify_study(study: Study, progress: bool | None = None) -> Identification:
@@ -116,9 +117,28 @@ def _write(
         if curves:
             save_figure(profile_curves(found, curves), part / "profile.png")
         save_study(study, found.machine, found.changed, part / f"{study.name}_identified.toml")
-        summary = {"study": study_name(study), **found.to_dict()}
+        _save_fits(found, part / "fit.csv")
+        costs_told = {name: [float(x) for x in cost] for name, cost in found.histories.items()}
+        summary = {"study": study_name(study), "made": made_of(study), **found.to_dict()}
+        summary["costs"] = costs_told
         for path, ends in by_profile.items():
             finite = [x if np.isfinite(x) else None for x in ends]
             summary["parameters"][path]["interval_95_by_profile"] = finite
         save_json(part / "summary.json", summary)
     return by_profile
+
+
+def _save_fits(found: Identification, path: Path) -> None:
+    """What was measured and what is identified, channel after channel; the imaginary parts are those of
+    vectors."""
+    header = ["run", "channel", "unit", "over", "at, SI", "measured", "identified"]
+    header += ["measured, imaginary", "identified, imaginary"]
+    rows = []
+    for fit in found.channels:
+        own = [fit.run, fit.channel, fit.unit, fit.over]
+        vectors = np.iscomplexobj(fit.measured)
+        for t, seen, told in zip(fit.t, fit.measured, fit.simulated):
+            values = [t, np.real(seen), np.real(told)]
+            values += [np.imag(seen), np.imag(told)] if vectors else []
+            rows.append([*own, *(f"{x:.8g}" for x in values), *[""] * (5 - len(values))])
+    save_table(path, header, rows)

@@ -8,6 +8,7 @@ from ..core.arguments import whole
 from ..core.errors import InputError
 from ..core.files import folder_written_whole, save_json
 from ..study.study import Study
+from .made import made_of
 from .options import RPM, positive, quantity_of, reach_of, study_name
 from .output import save_figure, save_table
 
@@ -41,6 +42,7 @@ def run_modes(
         save_table(part / "modes.csv", header, rows)
         summary = {
             "study": study_name(study),
+            "made": made_of(study),
             "speed_rad_s": at,
             "modes": [
                 {
@@ -92,6 +94,7 @@ def run_campbell(
         save_table(part / "campbell.csv", header, [[f"{v:.10g}" for v in row] for row in rows])
         summary = {
             "study": study_name(study),
+            "made": made_of(study),
             "speeds_rad_s": [0.0, reach, points],
             "modes": list(found.names),
             "critical_speeds_rad_s": {f"{order:g}x": w for order, w in critical.items()},

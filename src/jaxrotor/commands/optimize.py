@@ -15,8 +15,9 @@ from ..optimization.optimize import optimize
 from ..optimization.optimum import Optimum
 from ..search.unknown import split_entry
 from ..study.study import Study
+from .made import made_of
 from .options import study_name
-from .output import save_figure
+from .output import save_figure, save_table
 
 
 def optimize_study(study: Study, progress: bool | None = None) -> Optimum:
@@ -53,13 +54,26 @@ def run_optimize(study: Study, out: Path | None, quiet: bool, force: bool) -> in
         for name, figure in _figures(found, asked.constraints).items():
             save_figure(figure, part / f"{name}.png")
         save_study(study, found.machine, changed, part / f"{study.name}_optimized.toml")
-        save_json(part / "summary.json", {"study": study_name(study), **found.to_dict()})
+        _save_history(found, part / "history.csv")
+        summary = {"study": study_name(study), "made": made_of(study), **found.to_dict()}
+        save_json(part / "summary.json", summary)
     if not quiet:
         print(found)
     if found.interrupted:
         raise KeyboardInterrupt(f"the best design so far, unfinished, is in {folder}/")
     print(f"{folder}/: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     return 0
+
+
+def _save_history(found: Optimum, path: Path) -> None:
+    from ..plot.design import search_steps
+
+    header = ["evaluation", "search", f"objective, {found.unit}".rstrip(", "), "bounds missed by"]
+    rows = [
+        [str(k), str(search), f"{value:.10g}", f"{missed:.4g}"]
+        for k, (search, value, missed) in enumerate(zip(*search_steps(found)), 1)
+    ]
+    save_table(path, header, rows)
 
 
 def _figures(found: Optimum, constraints: Sequence[Constraint]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 _ABOUT = """\
 Simulates rotating machines in transient states: run-up, run-down, shocks.
@@ -48,7 +49,9 @@ examples:
   jaxrotor report configs/compressor_assessment.toml       the same as one HTML document
   jaxrotor identify configs/coupling_bench.toml            parameters from measured runs
   jaxrotor optimize configs/tuned_damper.toml              the best damper, as [optimize] asks
+  jaxrotor report results/two_rotor_startup                a result as one page
   jaxrotor record run_up.csv                               what is in a file of measured data, drawn
+  jaxrotor new startup fan.toml                            a study to begin with
 
 what `run` writes:
   response.nc    all motions, forces and torques over time (netCDF; xarray.open_dataset reads it)
@@ -212,15 +215,55 @@ docs/standards.md says where each rule was read.
 
 
 _REPORT = """\
-Assesses as `jaxrotor assess` does, and lays it out in the order of the field: static deflection and bearing
-loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with margins, orbits,
-stability of levels 1 and 2, torsion, summary.
+RESULT is a folder that a command wrote, or a file in it; it becomes one page: the machine, figures that
+zoom and tell their values, orbits, a waterfall, the machine in motion with its whirl exaggerated, tables to
+copy or sort, warnings, the study as it was written and how it was made. It needs plotly:
+pip install "jaxrotor[report]".
+
+  jaxrotor run configs/two_rotor_startup.toml
+  jaxrotor report results/two_rotor_startup        writes results/two_rotor_startup.html
+
+STUDY.toml is assessed as `jaxrotor assess` does, and laid out in the order of the field: static deflection
+and bearing loads, critical speed map, Campbell diagram, mode shapes with the unbalance, responses with
+margins, orbits, stability of levels 1 and 2, torsion, summary.
 
 what it writes:
-  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep
+  one HTML file with all figures and tables in it, for a browser, to print on A4 or to keep; no network
 
-exit status: as of `jaxrotor assess`.
+exit status: of a result 0; of a study as of `jaxrotor assess`.
 """
+
+_NEW = """\
+  jaxrotor new --list                    which templates there are
+  jaxrotor new startup fan.toml          writes fan.toml, and says by which commands it is used
+
+Beside it stands jaxrotor.schema.json: editors that know the line `#:schema` (Even Better TOML, taplo)
+complete keys by it, tell units and mark what is misspelt.
+"""
+
+_SCHEMA = """\
+In a study, as its first line:
+
+  #:schema jaxrotor.schema.json          after: jaxrotor schema --out jaxrotor.schema.json
+
+Editors with Even Better TOML, or taplo, know that line.
+"""
+
+_COMPLETION = """\
+One line where the shell starts:
+
+  eval "$(jaxrotor completion bash)"                                      in ~/.bashrc
+  eval "$(jaxrotor completion zsh)"                                       in ~/.zshrc, after compinit
+  jaxrotor completion fish | source                                       in ~/.config/fish/config.fish
+"""
+
+# What is named after a command, where it is more than a study.
+_TAKES = {
+    "report": (
+        "RESULT",
+        "a folder of results or a file in it; or a study (.toml) with [standards], to be assessed",
+    )
+}
 
 
 _RECORD = """\
@@ -270,7 +313,8 @@ def parser() -> argparse.ArgumentParser:
         sub = commands.add_parser(
             name, help=words, description=f"{words[0].upper()}{words[1:]}.", formatter_class=raw
         )
-        sub.add_argument("study", metavar="STUDY", type=Path, help="a study file (.toml)")
+        what = _TAKES.get(name, ("STUDY", "a study file (.toml)"))
+        sub.add_argument("study", metavar=what[0], type=Path, help=what[1])
         return sub
 
     run = command("run", "simulate a study; write data, summary and figures")
@@ -346,13 +390,16 @@ def parser() -> argparse.ArgumentParser:
     judged.add_argument(
         "--out", metavar="DIR", type=Path, help="folder (default: results/<study>_assess)"
     )
-    report = command("report", "the assessment as one document, in the order of the field")
+    report = command("report", "a result as one page, or the assessment of a study as a document")
     report.epilog = _REPORT
     report.add_argument(
-        "--standard", choices=("api617",), default="api617", help="whose order (default: api617)"
+        "--standard", choices=("api617",), help="of a study: whose order (default: api617)"
     )
     report.add_argument(
-        "--out", metavar="FILE", type=Path, help="file (default: results/<study>_report.html)"
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="file (default: <result>.html, or results/<study>_report.html)",
     )
     judged.add_argument("--force", action="store_true", help="write into a folder in use")
     for each in (judged, report):
@@ -403,6 +450,7 @@ def parser() -> argparse.ArgumentParser:
     record.add_argument(
         "--force", action="store_true", help="write into a folder in use, or over a record file"
     )
+    _add_helpers(commands)
     for lasting in (run, found, best, many):
         lasting.add_argument(
             "--time-limit",
@@ -410,3 +458,37 @@ def parser() -> argparse.ArgumentParser:
             help='stop after such as "30 min", and keep what there is',
         )
     return top
+
+
+def _add_helpers(commands: Any) -> None:
+    """What helps to write studies, and runs none."""
+    raw = argparse.RawDescriptionHelpFormatter
+    new = commands.add_parser(
+        "new",
+        help="write a study to begin with: commented, it runs as it is",
+        description="Write a study to begin with: commented, it runs as it is.",
+        epilog=_NEW,
+        formatter_class=raw,
+    )
+    new.add_argument("template", metavar="TEMPLATE", nargs="?", help="which one (see --list)")
+    new.add_argument(
+        "file", metavar="FILE", nargs="?", type=Path, help="file (default: <template>.toml)"
+    )
+    new.add_argument("--list", action="store_true", help="say which templates there are")
+    new.add_argument("--force", action="store_true", help="write over files that are there")
+    known = commands.add_parser(
+        "schema",
+        help="print the JSON Schema of studies, for editors",
+        description="Print the JSON Schema of studies, for editors.",
+        epilog=_SCHEMA,
+        formatter_class=raw,
+    )
+    known.add_argument("--out", metavar="FILE", type=Path, help="file (default: printed)")
+    shell = commands.add_parser(
+        "completion",
+        help="print a script by which a shell completes commands, options and files",
+        description="Print a script by which a shell completes commands, options and files.",
+        epilog=_COMPLETION,
+        formatter_class=raw,
+    )
+    shell.add_argument("shell", choices=("bash", "zsh", "fish"), help="which shell")

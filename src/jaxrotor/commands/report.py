@@ -9,12 +9,12 @@ from typing import Any
 from ..core.errors import InputError
 from ..core.files import written_whole
 from ..core.version import installed_version
+from ..pages.page import Chapter, Figure, Table, Words, page
 from ..study.assessing import Assessed
 from ..study.study import Study
 from .assess import MET, NOT_MET, Row, assess_study, table
 from .assess_figures import figures_of
 from .options import RPM, study_name
-from .report_page import Chapter, Figure, Table, Words, page
 from .report_parts import campbell, orbits, static, support_map
 
 _LATERAL = ("amplification factor", "separation margin")

@@ -7,10 +7,10 @@ import numpy as np
 from ..core.errors import InputError
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.axial import axial_positions
+from ..pages.page import Figure, Table, Words
 from ..standards.placed import placed_response
 from ..study.assessing import Assessed
 from ..study.study import Study
-from .report_page import Figure, Table, Words
 
 _MAP = np.geomspace(1e6, 1e10, 41)
 _POINTS = 41

@@ -10,6 +10,7 @@ from ..core.arguments import whole
 from ..core.errors import InputError
 from ..core.files import folder_written_whole, save_json
 from ..study.study import Study
+from .made import made_of
 from .options import RPM, names_of, quantity_of, reach_of, study_name
 from .output import save_figure, save_table
 from .peaks import sampled
@@ -104,6 +105,7 @@ def run_response(
         }
         summary = {
             "study": study_name(study),
+            "made": made_of(study),
             "excitation": "unbalance of the machine" if force_at is None else found.inputs,
             "points": len(along),
             "peaks": peaks,

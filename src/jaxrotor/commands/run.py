@@ -16,6 +16,7 @@ from ..core.interrupt import finishing, interrupted
 from ..integrators.progress import Interrupted, interruptible
 from ..study.settings import settings_of
 from ..study.study import Study
+from .made import made_of
 from .options import study_name
 
 DONE, FAILED = 0, 3
@@ -112,6 +113,7 @@ def _extra(study: Study, response: Any, seconds: float, failure: BaseException |
         "study": study_name(study),
         "title": study.title,
         "source": study.source,
+        "made": made_of(study),
         "settings": settings_of(study.settings),
         "versions": {"python": platform.python_version(), **versions()},
         "timings": {"simulation_s": round(seconds, 3)},  # compiling included

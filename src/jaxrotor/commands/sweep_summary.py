@@ -10,6 +10,7 @@ from ..study.settings import settings_of
 from ..study.study import Study
 from ..sweeps.sensitivity import indices_of, rank_regression
 from ..sweeps.statistics import axes_of, numbers_of, percentiles, share
+from .made import made_of
 from .options import study_name
 
 _PERCENT = (5, 25, 50, 75, 95)
@@ -40,6 +41,7 @@ def summary_of(study: Study, found: xr.Dataset) -> dict[str, Any]:
     return _plain(
         {
             "study": study_name(study),
+            "made": made_of(study),
             "title": study.title,
             "cases": found.attrs["cases"],
             "count": len(asked.cases),

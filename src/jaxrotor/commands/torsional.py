@@ -18,6 +18,7 @@ from ..standards.torsional import (
 from ..study.study import Study
 from ..study.torsional import Torsional
 from ..study.torsional_checks import excitations_of, lives
+from .made import made_of
 from .options import RPM, study_name
 from .output import save_figure, save_table
 from .torsional_response import Forced, forced_response
@@ -75,6 +76,7 @@ def run_torsional(study: Study, out: Path | None, force: bool, run: bool, quiet:
             save_figure(drawn, part / "start.png")
         summary = {
             "study": study_name(study),
+            "made": made_of(study),
             "speeds_rad_s": list(speeds),
             "modes": [_told(mode) for mode in modes],
             "excitations": [

@@ -7,7 +7,18 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..core.units import factor
-from .style import COLOURS, GREY, Given, envelope, figure, label, legend
+from .style import (
+    COLOURS,
+    DENSE,
+    GREY,
+    Given,
+    dashes,
+    envelope,
+    figure,
+    label,
+    legend,
+    turning_points,
+)
 
 # What a unit measures, and from which size on a prefix suits it: (least peak, factor, unit shown).
 _KINDS = {
@@ -20,8 +31,6 @@ _KINDS = {
     "W": ("power", ((1e7, 1e-6, "MW"), (1e4, 1e-3, "kW"), (0, 1.0, "W"))),
     "A": ("current", ((1e4, 1e-3, "kA"), (0, 1.0, "A"))),
 }
-# Beyond so many turning points across the width a line is a smear.
-_DENSE = 250
 
 
 class Curve(NamedTuple):
@@ -56,7 +65,8 @@ def chart(
     for panel, (unit, members) in zip(axes[:, 0], panels.items()):
         size, words = _scale(members, units)
         for i, curve in enumerate(members):
-            _draw(panel, along, size * curve.values, order, COLOURS[i % len(COLOURS)], curve.name)
+            colour = COLOURS[i % len(COLOURS)]
+            _draw(panel, along, size * curve.values, order, colour, curve.name, dashes(i))
         low, high = panel.get_ylim()
         if low < 0 < high:
             panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
@@ -84,20 +94,12 @@ def _scale(curves: Sequence[Curve], units: Sequence[str]) -> tuple[float, str]:
     return 1.0, unit.replace("*", "·")
 
 
-def turning_points(values: np.ndarray) -> np.ndarray:
-    """The samples at which the values turn, ripples below a hundredth of their range left out."""
-    step = 0.01 * float(np.ptp(values))
-    if step == 0.0:
-        return np.zeros(0, int)
-    steps = np.diff(np.round(values / step))
-    moved = np.flatnonzero(steps)
-    return moved[1:][np.diff(np.sign(steps[moved])) != 0]
-
-
-def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name: str) -> None:
+def _draw(
+    ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name: str, dash: str = "-"
+) -> None:
     turns = turning_points(values)
-    if len(turns) < _DENSE:
-        ax.plot(x, values, color=colour, linewidth=1.1, label=name)
+    if len(turns) < DENSE:
+        ax.plot(x, values, dash, color=colour, linewidth=1.1, label=name)
         return
     from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
@@ -105,15 +107,18 @@ def _draw(ax: Axes, x: np.ndarray, values: np.ndarray, order, colour: str, name:
     count = len(values)
     window = max(5, int(4 * count / len(turns)), count // 80)
     # averaged over the same window it stays outside of the curve, and loses its stairs
-    bounds = (uniform_filter1d(b, window) for b in envelope(values[order], window))
+    bounds = [uniform_filter1d(b, window) for b in envelope(values[order], window)]
     # a full line where the eye can follow it
     often = np.zeros(count)
     often[turns] = 1.0
-    dense = uniform_filter1d(often, 2 * window) * count > 0.5 * _DENSE
+    dense = uniform_filter1d(often, 2 * window) * count > 0.5 * DENSE
     for first, then in ((maximum_filter1d, minimum_filter1d), (minimum_filter1d, maximum_filter1d)):
         # no flicker between the two: gaps are closed, then islands taken out
         dense = then(first(dense, count // 20 + 1), count // 20 + 1)
-    ax.fill_between(x[order], *bounds, where=dense[order], color=colour, alpha=0.3, linewidth=0)
-    ax.plot(x, values, color=colour, linewidth=0.25, alpha=0.7)
+    ax.fill_between(x[order], *bounds, where=dense[order], color=colour, alpha=0.22, linewidth=0)
+    for edge in bounds:  # where it is narrow nothing else is seen
+        shown = np.where(dense[order], edge, np.nan)
+        ax.plot(x[order], shown, color=colour, linewidth=0.6)
+    ax.plot(x, values, color=colour, linewidth=0.2, alpha=0.35)
     ax.plot(x, np.where(dense, np.nan, values), color=colour, linewidth=1.1)
-    ax.plot([], [], color=colour, linewidth=2, label=name)
+    ax.plot([], [], dash, color=colour, linewidth=2, label=name)

@@ -17,7 +17,7 @@ from ..elements.shafts.section import Shaft
 from ..linear.linearise import LinearModel
 from ..linear.observe import at_stations
 from ..machine.machine import Machine
-from .machine import positions
+from .lanes import positions
 
 # Columns of an axis' amplitudes; of a station's six the same ones.
 X, Y, Z, PHI = range(4)

@@ -36,12 +36,10 @@ _POINTS = 1200
 def search_history(found: Optimum, ax: Given | None = None) -> np.ndarray:
     """The objective of every evaluation, the best so far that keeps the bounds, and, where any was missed on
     the way, by how much, as part of its limit; of several searches one after the other."""
-    sizes = found.problem.sizes()
-    steps = [step for search in found.history for step in search]
-    values, missed = np.array([_told(step.vector, found, sizes) for step in steps]).T
+    _, values, missed = search_steps(found)
     rows = min(asked_panels(ax, 1 + bool(np.nanmax(missed, initial=0.0) > 0)), 2)
     _, axes = figure(rows, 1, (8.5, 1.2 + 2.9 * rows), ax, sharex=True)
-    panel, at = axes[0, 0], np.arange(1, len(steps) + 1)
+    panel, at = axes[0, 0], np.arange(1, len(values) + 1)
     sound = np.isfinite(values)
     kept = np.where(sound & (missed <= _MET), values, np.inf)
     best = np.minimum.accumulate(kept)
@@ -69,6 +67,15 @@ def search_history(found: Optimum, ax: Given | None = None) -> np.ndarray:
     axes[-1, 0].set_xlabel("evaluation")
     axes[-1, 0].xaxis.get_major_locator().set_params(integer=True)
     return axes[:, 0]
+
+
+def search_steps(found: Optimum) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of every evaluation, one search after the other: the number of its search, the objective, and by how
+    much its bounds are missed, as part of their limits."""
+    sizes = found.problem.sizes()
+    searches = [k for k, search in enumerate(found.history, 1) for _ in search]
+    told = [_told(step.vector, found, sizes) for search in found.history for step in search]
+    return np.array(searches), *np.array(told).T
 
 
 def _told(vector: np.ndarray, found: Optimum, sizes: list[int]) -> tuple[float, float]:

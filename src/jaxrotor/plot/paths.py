@@ -51,14 +51,16 @@ def trajectories(
 def distances(
     response: Response, stations: str | Sequence[str] | None = None, ax: Given | None = None
 ) -> np.ndarray:
-    """Distance of the geometric and the mass centre from the axis of rest over speed: a rotor that
-    centres itself has its mass centre come closer than its eccentricity. A panel for each of the `stations`,
-    by default the rotors that can sway."""
+    """Distance of the geometric and the mass centre from the axis of rest over speed, in whichever sense: a
+    rotor that centres itself has its mass centre come closer than its eccentricity. A panel for each of the
+    `stations`, by default the rotors that can sway; each over its own speeds where gears make them differ."""
     stations = select.named(stations, select.swaying(response.machine), "stations")
-    _, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), ax, sharex=True)
+    speeds = {name: np.abs(np.asarray(response[name].speed)) for name in stations}
+    tops = [float(np.nanmax(speed)) for speed in speeds.values()]
+    alike = max(tops) <= 1.05 * min(tops)
+    _, axes = figure(len(stations), 1, (9, 3.6 * len(stations)), ax, sharex=alike)
     for panel, name in zip(axes[:, 0], stations):
-        part = response[name]
-        speed = np.asarray(part.speed)
+        part, speed = response[name], speeds[name]
         rest = _resting(response, name)
         for colour, words, xy in (
             (COLOURS[0], "geometric centre", np.asarray(part.position[:, :2])),
@@ -76,7 +78,9 @@ def distances(
         panel.set_ylim(bottom=0)
         label(panel, "", "distance, mm", f"`{name}`: distance from its position at rest")
         legend(panel, loc="upper left")
-    axes[-1, 0].set_xlabel("speed, rad/s")
+        if not alike:
+            panel.set_xlabel(f"speed of `{name}`, rad/s")
+    axes[-1, 0].set_xlabel("speed, rad/s" if alike else f"speed of `{stations[-1]}`, rad/s")
     return axes[:, 0]
 
 

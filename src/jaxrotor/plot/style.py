@@ -16,6 +16,8 @@ Given = Axes | Sequence[Axes] | np.ndarray
 # Okabe and Ito's colours: told apart with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 GREY = "#808080"
+# Beyond so many turning points across the width a line is a smear.
+DENSE = 250
 
 
 def figure(
@@ -130,11 +132,32 @@ def envelope(values: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
 def band(
     ax: Axes, x: np.ndarray, values: np.ndarray, colour: str, name: str, window: int = 25
 ) -> None:
-    """An oscillation too dense for a line: its thin trace inside its envelope."""
+    """An oscillation too dense for a line: its faint trace inside its envelope, through which the grid and
+    what else is drawn there can be seen. What a line can show is drawn as one."""
+    if len(turning_points(values)) < DENSE:
+        ax.plot(x, values, color=colour, linewidth=1.1, label=name)
+        return
     low, high = envelope(values, window)
-    ax.fill_between(x, low, high, color=colour, alpha=0.3, linewidth=0)
-    ax.plot(x, values, color=colour, linewidth=0.25, alpha=0.7)
+    ax.fill_between(x, low, high, color=colour, alpha=0.22, linewidth=0)
+    for edge in (low, high):
+        ax.plot(x, edge, color=colour, linewidth=0.7)
+    ax.plot(x, values, color=colour, linewidth=0.2, alpha=0.18)
     ax.plot([], [], color=colour, linewidth=2, label=name)
+
+
+def turning_points(values: np.ndarray) -> np.ndarray:
+    """The samples at which the values turn, ripples below a hundredth of their range left out."""
+    step = 0.01 * float(np.ptp(values))
+    if step == 0.0:
+        return np.zeros(0, int)
+    steps = np.diff(np.round(values / step))
+    moved = np.flatnonzero(steps)
+    return moved[1:][np.diff(np.sign(steps[moved])) != 0]
+
+
+def dashes(k: int) -> str:
+    """Of curve k: what tells the eighth from the first, which has its colour."""
+    return ("-", "--", ":", "-.")[k // len(COLOURS) % 4]
 
 
 def legend(ax: Axes, **kwargs) -> None:

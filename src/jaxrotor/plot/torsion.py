@@ -10,10 +10,13 @@ from ..diagnostics.spectrum import power_spectral_density
 from ..machine.wiring import unknown
 from ..simulation.response import Response
 from . import select
-from .style import COLOURS, GREY, Given, asked_panels, band, figure, label, legend
+from .chart import _draw
+from .style import COLOURS, GREY, Given, asked_panels, band, dashes, figure, label, legend
 
 # Drawn in place of nothing: a balanced line has no vibration, and a logarithm wants a number.
 _FLOOR = 1e-30
+# Shafts of which the torques are drawn, where none is named.
+_MOST = 6
 
 
 def speed_differences(
@@ -106,9 +109,11 @@ def torques(
     driver: str | None = None,
     ax: Given | None = None,
 ) -> np.ndarray:
-    """Torques in the shafts (by default all that have one), and torque and power of the drive, where there is
-    one: three panels, else one. `ax`: one axes for the shafts alone, or three."""
-    usual = select.with_signal(response.machine, "torque", AbstractConnector)
+    """Torques in the shafts (by default all that have one, the six that carry most where there are more), and
+    torque and power of the drive, where there is one: three panels, else one. `ax`: one axes for the shafts
+    alone, or three."""
+    every = select.with_signal(response.machine, "torque", AbstractConnector)
+    usual = _largest(response, every) if connectors is None else every
     connectors = select.named(connectors, usual, "connectors")
     driver = select.drive(response.machine) if driver is None else driver
     if asked_panels(ax, 3) == 1:
@@ -117,18 +122,30 @@ def torques(
     _, axes = figure(3 if driver else 1, 1, (9, 8 if driver else 4), ax, sharex=True)
     for i, name in enumerate(connectors):
         values = np.asarray(response[name].torque)
-        axes[0, 0].plot(t, values, color=COLOURS[i % 7], linewidth=0.5, label=f"`{name}`")
-    label(axes[0, 0], "", "torque, N·m", "Twisting moment in the shafts")
-    legend(axes[0, 0], loc="upper right", ncols=2)
+        colour = COLOURS[i % len(COLOURS)]
+        _draw(axes[0, 0], t, values, slice(None), colour, f"`{name}`", dashes(i))
+    more = f", the {len(usual)} largest of {len(every)}" if len(connectors) < len(every) else ""
+    label(axes[0, 0], "", "torque, N·m", f"Twisting moment in the shafts{more}")
+    legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))
     if driver:
         part = response[driver]
-        axes[1, 0].plot(t, np.asarray(part.reaction[:, 5]), color=COLOURS[0], linewidth=0.5)
+        torque = np.asarray(part.reaction[:, 5])
+        _draw(axes[1, 0], t, torque, slice(None), COLOURS[0], "")
         label(axes[1, 0], "", "torque, N·m", f"Torque of the drive `{driver}`")
-        axes[2, 0].plot(t, np.asarray(part.power), color=COLOURS[1], linewidth=0.5)
+        _draw(axes[2, 0], t, np.asarray(part.power), slice(None), COLOURS[1], "")
         label(axes[2, 0], "time, s", "power, W", "Its power")
     else:
         axes[0, 0].set_xlabel("time, s")
     return axes[:, 0]
+
+
+def _largest(response: Response, names: list[str]) -> list[str]:
+    """As many as can be told apart, of those that carry most, in the machine's order."""
+    if len(names) <= _MOST:
+        return names
+    peak = {n: float(np.nanmax(np.abs(np.asarray(response[n].torque)))) for n in names}
+    kept = sorted(names, key=lambda n: -peak[n])[:_MOST]
+    return [n for n in names if n in kept]
 
 
 def _beside_drive(
