@@ -1,0 +1,101 @@
+"""The API reference: a page a room, each public name once, in the words of its docstring."""
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+from .names import CORE, Name, groups, public, rooms
+
+ELEMENTS = "rotors shafts bearings couplings laws drives control".split()
+TITLES = {
+    CORE: "Machines, studies, settings, errors",
+    **{f"elements-{kind}": f"elements: {kind}" for kind in ELEMENTS},
+}
+
+
+def pages() -> Iterator[tuple[str, str]]:
+    """(path, Markdown) of each page, the index first."""
+    names = public()
+    yield "api/index.md", index(names)
+    for page in order(names):
+        own = [name for name in names if name.page == page]
+        words = [f"# {TITLES.get(page, page)}", ""]
+        first = page.split("-")[0]
+        if first != CORE:
+            words += [f"In Python: `jr.{first}`.", ""]
+        yield f"api/{page}.md", "\n".join(words + [part for name in own for part in entry(name)])
+
+
+def order(names: list[Name]) -> list[str]:
+    """The pages in the order of the rooms, elements by kind."""
+    wanted = [CORE, *(f"elements-{kind}" for kind in ELEMENTS), *rooms()]
+    return [page for page in wanted if any(name.page == page for name in names)]
+
+
+def entry(name: Name) -> Iterator[str]:
+    """One public name."""
+    anchors = {f"jaxrotor.{place}" for place in name.places} - {name.identifier}
+    yield "".join(f'<a id="{anchor}"></a>' for anchor in sorted(anchors)) + "\n"
+    yield f"::: {name.identifier}\n    options:\n      heading: jr.{name.place}\n      toc_label: {name.place}"
+    if inspect.isclass(name.thing):
+        yield "      show_signature: false\n"
+        call = signature(name)
+        if call:
+            yield f"```python {{ .call }}\n{call}\n```\n"
+    yield ""
+
+
+def signature(name: Name) -> str:
+    """How it is called; empty for what is not called so."""
+    if inspect.isabstract(name.thing):
+        return ""
+    try:
+        parameters = inspect.signature(name.thing).parameters.values()
+    except (TypeError, ValueError):
+        return ""
+    words, marked = [], False
+    for one in parameters:
+        if one.kind is one.KEYWORD_ONLY and not marked:
+            words.append("*")
+            marked = True
+        if one.kind is one.VAR_POSITIONAL:
+            words.append(f"*{one.name}")
+        elif one.kind is one.VAR_KEYWORD:
+            words.append(f"**{one.name}")
+        else:
+            words.append(one.name if one.default is one.empty else f"{one.name}={_shown(one.default)}")
+    call = f"jr.{name.place}({', '.join(words)})"
+    if len(call) <= 88:
+        return call
+    return f"jr.{name.place}(\n" + "".join(f"    {word},\n" for word in words) + ")"
+
+
+def _shown(value: Any) -> str:
+    if callable(value):
+        return getattr(value, "__name__", "...")
+    return "..." if "<" in repr(value) else repr(value).replace("\n", " ")
+
+
+def index(names: list[Name]) -> str:
+    """All names: the top ones by what they are for, the others by their room."""
+    by_place = {place: name for name in names for place in name.places}
+    lines = [
+        "# All public names",
+        "",
+        "`import jaxrotor as jr`; what a script starts with is `jr.Name`, the rest `jr.room.Name`. "
+        "Each name has its units, shapes and errors where it leads.",
+        "",
+    ]
+    for words, own in groups().items():
+        lines += [f"## {words[0].upper()}{words[1:]}", "", "| | |", "|---|---|"]
+        lines += [_row(by_place[name]) for name in own] + [""]
+    for room in rooms():
+        rest = [name for name in names if name.place.startswith(f"{room}.")]
+        if rest:
+            lines += [f"## jr.{room}", "", "| | |", "|---|---|", *map(_row, rest), ""]
+    return "\n".join(lines)
+
+
+def _row(name: Name) -> str:
+    link = name.link.removeprefix("api/")
+    return f"| [`jr.{name.place}`]({link}) | {name.summary.replace('|', chr(92) + '|')} |"
