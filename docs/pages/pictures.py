@@ -43,8 +43,7 @@ def _panel(x: str, y: str) -> Axes:
 
 
 def _law(law: Any, turns: int = 2, count: int = 4000) -> Axes:
-    """Force over displacement in slow harmonic motion. What it does is told by the page's `reach` and
-    `rate`, attributes of no law: a twentieth of a radian once in 2 s is what couplings meet."""
+    """Force over displacement in slow harmonic motion: a twentieth of a radian to and fro, once in 2 s."""
     reach, rate = 0.05, np.pi
     t = jnp.linspace(0.0, turns * 2 * np.pi / rate, count)
     x, v = reach * jnp.sin(rate * t), reach * rate * jnp.cos(rate * t)
