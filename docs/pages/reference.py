@@ -2,8 +2,10 @@
 
 import inspect
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+from .examples import ELSEWHERE, found
 from .names import CORE, Name, groups, public, rooms
 
 ELEMENTS = "rotors shafts bearings couplings laws drives control".split()
@@ -15,7 +17,7 @@ TITLES = {
 
 def pages() -> Iterator[tuple[str, str]]:
     """(path, Markdown) of each page, the index first."""
-    names = public()
+    names, places = public(), found()
     yield "api/index.md", index(names)
     for page in order(names):
         own = [name for name in names if name.page == page]
@@ -23,7 +25,19 @@ def pages() -> Iterator[tuple[str, str]]:
         first = page.split("-")[0]
         if first != CORE:
             words += [f"In Python: `jr.{first}`.", ""]
-        yield f"api/{page}.md", "\n".join(words + [part for name in own for part in entry(name)])
+        yield f"api/{page}.md", "\n".join(words + [part for name in own for part in entry(name, places)])
+
+
+def used_in(name: Name, places: dict[str, list[str]]) -> str:
+    """The pages, experiments and studies whose code has this name; at most a few."""
+    found = dict.fromkeys(p for place in name.places for p in places.get(place, ()))
+    pages = [p for p in found if p.startswith("docs/")]
+    # where it is the subject stands before where it happens to be
+    pages.sort(key=lambda p: (not p.startswith("docs/parts/"), p.startswith(("docs/how", "docs/start"))))
+    told = [f"[{Path(p).stem.replace('-', ' ')}](../{p.removeprefix('docs/')})" for p in pages[:4]]
+    told += [f"`{p}`" for p in found if p.startswith(("experiments/", "configs/"))][:2]
+    told += [f"`{ELSEWHERE[name.place]}`"] if name.place in ELSEWHERE else []
+    return f"*Examples:* {', '.join(told)}.\n" if told else ""
 
 
 def order(names: list[Name]) -> list[str]:
@@ -32,7 +46,7 @@ def order(names: list[Name]) -> list[str]:
     return [page for page in wanted if any(name.page == page for name in names)]
 
 
-def entry(name: Name) -> Iterator[str]:
+def entry(name: Name, places: dict[str, list[str]]) -> Iterator[str]:
     """One public name."""
     anchors = {f"jaxrotor.{place}" for place in name.places} - {name.identifier}
     yield "".join(f'<a id="{anchor}"></a>' for anchor in sorted(anchors)) + "\n"
@@ -42,7 +56,7 @@ def entry(name: Name) -> Iterator[str]:
         call = signature(name)
         if call:
             yield f"```python {{ .call }}\n{call}\n```\n"
-    yield ""
+    yield used_in(name, places)
 
 
 def signature(name: Name) -> str:
