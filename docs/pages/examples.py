@@ -27,11 +27,11 @@ from pages.names import Name, public  # noqa: E402
 ELSEWHERE = {
     "interop.from_ross": "tests/test_ross.py",
     "identification.posterior": "tests/test_uncertainty.py",
-    "identification.bootstrap": "tests/test_uncertainty.py",
+    "identification.bootstrap": "tests/test_identify.py",
     "plot.posteriors": "tests/test_uncertainty.py",
     "plot.profile_curves": "tests/test_uncertainty.py",
     "linear.unbalance_peak": "tests/test_torsion.py",
-    "sweeps.local_slopes": "tests/test_order_tracked.py",
+    "sweeps.local_slopes": "tests/test_sweep_cli.py",
     "sweeps.sobol_indices": "tests/test_sweep_cli.py",
     "optimization.NoRun": "tests/test_optimize.py",
 }

@@ -316,11 +316,11 @@ CASES = {
              "leaves out, of second order in the tilt."),
     ],
     "Torsion": [
-        Case("Chain of five discs", "Friswell et al. (2010), Ex. 9.7.1, as openTorsion tests it", chain),
-        Case("Geared branches", "Friswell et al. (2010), ch. 9, as openTorsion tests it", geared),
+        Case("Chain of five discs", "Friswell et al. (2010), Ex. 9.7.1, as openTorsion tests it", chain, quick=False),
+        Case("Geared branches", "Friswell et al. (2010), ch. 9, as openTorsion tests it", geared, quick=False),
         Case("Tuned damper, exact optimum", "Nishihara & Asami, J. Vib. Acoust. 124 (2002) 576", absorber,
              "Den Hartog's fixed points (1956) are 4.5826 at a mass ratio of 0.1 where the optimum is 4.5892: his is the "
-             "height of the points, not of the peaks, which lie a little beside them."),
+             "height of the points, not of the peaks, which lie a little beside them.", quick=False),
     ],
     "Bearings, shaft defects, balancing": [
         Case("Short journal bearing, its place and eight coefficients",
