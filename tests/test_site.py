@@ -40,7 +40,7 @@ def test_a_name_without_an_example_is_found(monkeypatch):
     assert "plot.campbell_diagram" in set(examples.chains("c = jr.campbell(m, s)\nc.plot()"))
     monkeypatch.setattr(examples, "sources", lambda: iter([("x.md", "jr.Rotor")]))
     places = {name.place for name in examples.without()[1]}
-    assert "Machine" in places and "Rotor" not in places
+    assert "simulate" in places and "Rotor" not in places
 
 
 def test_every_part_has_its_section():

@@ -1,11 +1,11 @@
 """The gallery: studies and experiments, run as a user runs them, their pictures small and with their times.
 
-    python docs/pages/gallery.py [NAME ...] [--limit 120] [--check]
+    python docs/pages/gallery.py [NAME ...] [--limit 120] [--check] [--steps]
 
 Runs what is named, left out: what changed since its picture was made (and what has none), each into results/gallery/NAME, one after
 the other, for `--limit` seconds at most; what takes longer is said and keeps the picture that it has. Writes thumbnails
 and docs/images/gallery/gallery.json (time, and what the study was), and docs/gallery.md. `--check` runs nothing and says what
-is stale.
+is stale; `--steps` draws the pictures of docs/start/ anew.
 """
 
 import argparse
@@ -131,15 +131,42 @@ def _used() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def thumbnail(picture: Path, name: str) -> None:
+# Of the first steps: page -> picture in docs/images -> what its code calls it.
+STEPS = {
+    "3-look": {"start_over_time": "curves", "start_machine": "drawing"},
+    "4-linearise": {"start_campbell": "axes"},
+}
+
+
+def draw_steps() -> None:
+    """Runs the code of those pages as it stands, and keeps what they draw."""
+    import re
+
+    import matplotlib
+    import numpy as np
+
+    matplotlib.use("Agg")
+    for step, pictures in STEPS.items():
+        text = (ROOT / "docs" / "start" / f"{step}.md").read_text(encoding="utf-8")
+        space: dict = {}
+        for code in re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S):
+            exec(code, space)
+        for name, drawn in pictures.items():
+            figure = np.ravel(space[drawn])[0].figure
+            path = ROOT / "docs" / "images" / f"{name}.png"
+            figure.savefig(path, dpi=90)
+            thumbnail(path, name, path, 1000)
+
+
+def thumbnail(picture: Path, name: str, to: Path | None = None, wide: int = WIDE) -> None:
     """Of web size, in few colours: 60 kB at most."""
     from PIL import Image
 
     with Image.open(picture) as whole:
         small = whole.convert("RGB")
-    small.thumbnail((WIDE, WIDE), Image.Resampling.LANCZOS)
+    small.thumbnail((wide, wide), Image.Resampling.LANCZOS)
     for colours in (128, 64, 32, 16):
-        path = THUMBS / f"{name}.png"
+        path = to or THUMBS / f"{name}.png"
         small.quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
         if path.stat().st_size <= LARGEST:
             return
@@ -186,7 +213,11 @@ def main() -> int:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds each (default: 120)")
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--steps", action="store_true")
     given = parser.parse_args()
+    if given.steps:
+        draw_steps()
+        return 0
     THUMBS.mkdir(parents=True, exist_ok=True)
     kept = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
     wanted = [e for e in ENTRIES if e.name in given.names] if given.names else stale(kept)
