@@ -46,7 +46,9 @@ def test_a_name_without_an_example_is_found(monkeypatch):
 def test_every_part_has_its_section():
     """Each class of `jr.elements` and `jr.profiles` that a user builds is on a page of the parts, once."""
     pages = [page.read_text(encoding="utf-8") for page in (DOCS / "parts").glob("*.md")]
-    marked = [found["place"].rpartition(".")[2] for page in pages for found in parts.MARK.finditer(page)]
+    marked = [
+        found["place"].rpartition(".")[2] for page in pages for found in parts.MARK.finditer(page)
+    ]
     assert len(marked) == len(set(marked))
     built = {
         name
@@ -128,7 +130,9 @@ def test_it_builds_and_can_be_searched(site):
 
 def test_every_public_name_has_its_place(site):
     anchors = {
-        page: set(re.findall(r'id="([^"]+)"', text)) for page, text in site.items() if page[-5:] == ".html"
+        page: set(re.findall(r'id="([^"]+)"', text))
+        for page, text in site.items()
+        if page[-5:] == ".html"
     }
     for name in public():
         page, _, anchor = name.link.partition("#")
@@ -137,14 +141,21 @@ def test_every_public_name_has_its_place(site):
         assert anchor in own and not missing, (page, name.places)
         # its docstring stands there
         first = (inspect.getdoc(name.thing) or "").split()[:1]
-        assert not first or html.escape(first[0].strip("`*.,:"), quote=False) in site[page.replace(".md", ".html")]
+        assert (
+            not first
+            or html.escape(first[0].strip("`*.,:"), quote=False)
+            in site[page.replace(".md", ".html")]
+        )
 
 
 def test_nothing_is_loaded_from_outside(site):
     """No script, style, font or picture of another host; links that a reader follows may lead there."""
     for page, text in site.items():
         if page.endswith(".html"):
-            loaded = re.findall(r"<(?:script|link|img|iframe|source)[^>]*(?:src|href)=[\"']?(https?:)?//[^>]*>", text)
+            loaded = re.findall(
+                r"<(?:script|link|img|iframe|source)[^>]*(?:src|href)=[\"']?(https?:)?//[^>]*>",
+                text,
+            )
             assert not loaded, page
         elif page.endswith(".css"):
             assert not re.search(r"(?:@import|url\()\s*[\"']?(?:https?:)?//", text), page

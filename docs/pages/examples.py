@@ -19,9 +19,9 @@ if __name__ == "__main__":
     os.environ["JAX_ENABLE_X64"] = "1"
     sys.path[:0] = [str(ROOT / "src"), str(ROOT / "docs")]
 
-import jaxrotor as jr  # noqa: E402
-from jaxrotor.plot.doors import _PICTURES  # noqa: E402
-from pages.names import Name, public  # noqa: E402
+import jaxrotor as jr
+from jaxrotor.plot.doors import _PICTURES
+from pages.names import Name, public
 
 # What compiles for ten seconds and more, for one sentence of a page: these tests run it.
 ELSEWHERE = {
@@ -52,7 +52,9 @@ def chains(code: str) -> Iterator[str]:
         if isinstance(node, ast.ImportFrom):
             first, _, rest = (node.module or "").partition(".")
             if first == "jaxrotor":
-                short |= {a.asname or a.name: f"{rest}.{a.name}".strip(".") + "." for a in node.names}
+                short |= {
+                    a.asname or a.name: f"{rest}.{a.name}".strip(".") + "." for a in node.names
+                }
     for node in ast.walk(tree):
         found = _chain(node, short)
         if found:
@@ -75,7 +77,11 @@ def _drawn(tree: ast.AST, short: dict[str, str]) -> Iterator[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and _door(node.func) and isinstance(node.func, ast.Attribute):
             owner = node.func.value
-            called = made.get(owner.id) if isinstance(owner, ast.Name) else _chain(getattr(owner, "func", owner), short)
+            called = (
+                made.get(owner.id)
+                if isinstance(owner, ast.Name)
+                else _chain(getattr(owner, "func", owner), short)
+            )
             for kind in returns(_thing(called or "")):
                 for function in list(_PICTURES.get(kind, {}).values())[:1]:
                     yield f"plot.{function.__name__}"
@@ -140,7 +146,13 @@ def found() -> dict[str, list[str]]:
                 places.setdefault(".".join(steps[:n]), []).append(place)
     for study in sorted((ROOT / "configs").glob("*.toml")):
         for kind in set(KIND.findall(study.read_text(encoding="utf-8"))):
-            for path in (kind, f"elements.{kind}", f"profiles.{kind}", f"sensors.{kind}", f"objectives.{kind}"):
+            for path in (
+                kind,
+                f"elements.{kind}",
+                f"profiles.{kind}",
+                f"sensors.{kind}",
+                f"objectives.{kind}",
+            ):
                 places.setdefault(path, []).append(study.relative_to(ROOT).as_posix())
     return places
 

@@ -203,8 +203,14 @@ def _parts(one: Entry) -> str:
     if not one.source.startswith(C):
         return ""
     machine = tomllib.loads((ROOT / one.source).read_text(encoding="utf-8")).get("machine", {})
-    told = [*machine.get("line", ()), *machine.get("attachments", ()), *machine.get("elements", {}).values()]
-    kinds = dict.fromkeys(part.get("kind", "").split(":")[-1] for part in told if isinstance(part, dict))
+    told = [
+        *machine.get("line", ()),
+        *machine.get("attachments", ()),
+        *machine.get("elements", {}).values(),
+    ]
+    kinds = dict.fromkeys(
+        part.get("kind", "").split(":")[-1] for part in told if isinstance(part, dict)
+    )
     return ": " + ", ".join(f"`{kind}`" for kind in list(kinds)[:6] if kind) if kinds else ""
 
 
@@ -222,11 +228,17 @@ def main() -> int:
     kept = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
     wanted = [e for e in ENTRIES if e.name in given.names] if given.names else stale(kept)
     if given.check:
-        print("\n".join(f"{one.name}: changed since its picture" for one in wanted) or "all as they are")
+        print(
+            "\n".join(f"{one.name}: changed since its picture" for one in wanted)
+            or "all as they are"
+        )
         return bool(wanted)
     for one in wanted:
         record = made(one, given.limit)
-        print(f"{one.name}: {record.get('skipped') or record.get('seconds', 'as in docs/images')}", flush=True)
+        print(
+            f"{one.name}: {record.get('skipped') or record.get('seconds', 'as in docs/images')}",
+            flush=True,
+        )
         if "skipped" not in record:
             kept[one.name] = record
             TIMES.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")

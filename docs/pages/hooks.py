@@ -16,9 +16,9 @@ os.environ["JAX_ENABLE_X64"] = "1"
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
-from mkdocs.structure.files import File, Files  # noqa: E402
+from mkdocs.structure.files import File, Files
 
-from pages import names, parts, reference  # noqa: E402
+from pages import names, parts, reference
 
 CACHE = ROOT / ".cache" / "site"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.M | re.S)
@@ -55,7 +55,9 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 
     def told(found: re.Match[str]) -> str:
         picture = found["picture"]
-        return parts.section(BY_PLACE[found["place"]], f"{here.stem}-{picture}.png" if picture else "")
+        return parts.section(
+            BY_PLACE[found["place"]], f"{here.stem}-{picture}.png" if picture else ""
+        )
 
     markdown = parts.MARK.sub(told, markdown)
     # what lies outside the pages is named, not linked

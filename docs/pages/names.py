@@ -30,7 +30,9 @@ class Name:
     def identifier(self) -> str:
         """For mkdocstrings. A function that has its module's name is hidden by it there."""
         hidden = isinstance(_static(self.place), ModuleType)
-        return f"{self.thing.__module__}.{self.thing.__name__}" if hidden else f"jaxrotor.{self.place}"
+        return (
+            f"{self.thing.__module__}.{self.thing.__name__}" if hidden else f"jaxrotor.{self.place}"
+        )
 
     @property
     def page(self) -> str:
@@ -86,7 +88,9 @@ def groups() -> dict[str, list[str]]:
     """The top names by what they are for: the comments of `__init__.pyi`."""
     text = (SOURCE / "__init__.pyi").read_text(encoding="utf-8")
     lines, found, words = text.splitlines(), {}, ""
-    starts = {node.lineno: node for node in ast.parse(text).body if isinstance(node, ast.ImportFrom)}
+    starts = {
+        node.lineno: node for node in ast.parse(text).body if isinstance(node, ast.ImportFrom)
+    }
     for number, line in enumerate(lines, 1):
         if line.startswith("# "):
             words = line[2:]

@@ -41,7 +41,9 @@ def section(name: Name, picture: str) -> str:
         lines += [f"*Abilities:* {'; '.join(can)}.", ""]
     signals = getattr(thing, "signals", {})
     if isinstance(signals, dict) and signals:
-        told = ", ".join(f"`.{k}`" + (f" ({_straight(unit)})" if unit else "") for k, unit in signals.items())
+        told = ", ".join(
+            f"`.{k}`" + (f" ({_straight(unit)})" if unit else "") for k, unit in signals.items()
+        )
         lines += [f"*In results:* {told}.", ""]
     lines += [f"*Reference:* [`jr.{name.place}`](../{name.link}).", ""]
     return "\n".join(lines)
@@ -64,7 +66,12 @@ def parameters(thing: type) -> list[str]:
             rows.append(f"| `{field.name}` | {unit} | {_kind(field)} | {_default(field)} |")
     if not rows:
         return []
-    return ["| parameter | unit (SI) | what it may be | if left out |", "|---|---|---|---|", *rows, ""]
+    return [
+        "| parameter | unit (SI) | what it may be | if left out |",
+        "|---|---|---|---|",
+        *rows,
+        "",
+    ]
 
 
 def _unit(facts: Any) -> str:
@@ -85,13 +92,18 @@ def _kind(field: dataclasses.Field) -> str:
     if "unit" not in facts:
         hint = field.type if isinstance(field.type, str) else inspect.formatannotation(field.type)
         hint = re.sub(r"\b(?:[a-z_]+\.)+(?=[A-Z])|jaxtyping\.|typing\.", "", hint)
-        hint = re.sub(r"Literal\[(.*?)\]", lambda m: m[1].replace(", ", " or ").replace("'", '"'), hint)
+        hint = re.sub(
+            r"Literal\[(.*?)\]", lambda m: m[1].replace(", ", " or ").replace("'", '"'), hint
+        )
         return hint.replace(" | None", "").replace("|", "or").replace("ForwardRef", "").strip("'")
     sign = "positive" if facts["positive"] else "zero or positive" if facts["nonnegative"] else ""
     shapes = [s for s in facts["shapes"] if s]
     shape = " or ".join("×".join("n" if k is None else str(k) for k in s) for s in shapes)
     label = facts["label"]
-    return ", ".join(x for x in (label, sign, f"{shape} numbers" if shape else "") if x) or "any number"
+    return (
+        ", ".join(x for x in (label, sign, f"{shape} numbers" if shape else "") if x)
+        or "any number"
+    )
 
 
 def _default(field: dataclasses.Field) -> str:

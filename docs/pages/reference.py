@@ -25,7 +25,10 @@ def pages() -> Iterator[tuple[str, str]]:
         first = page.split("-")[0]
         if first != CORE:
             words += [f"In Python: `jr.{first}`.", ""]
-        yield f"api/{page}.md", "\n".join(words + [part for name in own for part in entry(name, places)])
+        yield (
+            f"api/{page}.md",
+            "\n".join(words + [part for name in own for part in entry(name, places)]),
+        )
 
 
 def used_in(name: Name, places: dict[str, list[str]]) -> str:
@@ -33,7 +36,9 @@ def used_in(name: Name, places: dict[str, list[str]]) -> str:
     found = dict.fromkeys(p for place in name.places for p in places.get(place, ()))
     pages = [p for p in found if p.startswith("docs/")]
     # where it is the subject stands before where it happens to be
-    pages.sort(key=lambda p: (not p.startswith("docs/parts/"), p.startswith(("docs/how", "docs/start"))))
+    pages.sort(
+        key=lambda p: (not p.startswith("docs/parts/"), p.startswith(("docs/how", "docs/start")))
+    )
     told = [f"[{Path(p).stem.replace('-', ' ')}](../{p.removeprefix('docs/')})" for p in pages[:4]]
     told += [f"`{p}`" for p in found if p.startswith(("experiments/", "configs/"))][:2]
     told += [f"`{ELSEWHERE[name.place]}`"] if name.place in ELSEWHERE else []
@@ -47,15 +52,15 @@ def order(names: list[Name]) -> list[str]:
 
 
 def entry(name: Name, places: dict[str, list[str]]) -> Iterator[str]:
-    """One public name."""
-    anchors = {f"jaxrotor.{place}" for place in name.places} - {name.identifier}
-    yield "".join(f'<a id="{anchor}"></a>' for anchor in sorted(anchors)) + "\n"
-    yield f"::: {name.identifier}\n    options:\n      heading: jr.{name.place}\n      toc_label: {name.place}"
-    if inspect.isclass(name.thing):
-        yield "      show_signature: false\n"
-        call = signature(name)
-        if call:
-            yield f"```python {{ .call }}\n{call}\n```\n"
+    """One public name: its heading, how it is called, its docstring and its public members."""
+    place = f"jaxrotor.{name.place}"
+    others = sorted({f"jaxrotor.{one}" for one in name.places} - {place, name.identifier})
+    yield "".join(f'<a id="{anchor}"></a>' for anchor in others) + "\n"
+    yield f'### jr.{name.place} {{ #{place} data-toc-label="{name.place.rpartition(".")[2]}" }}\n'
+    call = signature(name) if callable(name.thing) else ""
+    if call:
+        yield f"```python\n{call}\n```\n"
+    yield f"::: {name.identifier}\n    options:\n      show_root_heading: false\n"
     yield used_in(name, places)
 
 
@@ -77,7 +82,9 @@ def signature(name: Name) -> str:
         elif one.kind is one.VAR_KEYWORD:
             words.append(f"**{one.name}")
         else:
-            words.append(one.name if one.default is one.empty else f"{one.name}={_shown(one.default)}")
+            words.append(
+                one.name if one.default is one.empty else f"{one.name}={_shown(one.default)}"
+            )
     call = f"jr.{name.place}({', '.join(words)})"
     if len(call) <= 88:
         return call
