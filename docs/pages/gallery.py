@@ -54,17 +54,17 @@ class Entry:
 C, X = "configs/", "experiments/"
 ENTRIES = [
     Entry(C + "two_rotor_startup.toml", "The paper's machine passes its critical speed", "05_distances*", ready="startup"),
-    Entry(C + "overhung_fan.toml", "An overhung fan runs up", "*spin*"),
+    Entry(C + "overhung_fan.toml", "An overhung fan runs up", "whirl_and_tilt*"),
     Entry(C + "friswell_two_disc.toml", "The two-disc rotor of Friswell et al. runs up", "*distances*"),
-    Entry(C + "braking_through_critical.toml", "A centrifuge brakes through its critical speed", "*distances*"),
-    Entry(C + "geared_train.toml", "A fan behind a helical gear", "*torques*"),
-    Entry(C + "motor_coupling_pump.toml", "A pump set is switched on", "*torques*"),
-    Entry(C + "clutch_start.toml", "A clutch starts a machine", "*torques*"),
-    Entry(C + "clutch_bench.toml", "A slipping clutch on its bench", "*torque*"),
+    Entry(C + "braking_through_critical.toml", "A centrifuge brakes through its critical speed", "whirl_over_speed*"),
+    Entry(C + "geared_train.toml", "A fan behind a helical gear", "what_the_teeth*"),
+    Entry(C + "motor_coupling_pump.toml", "A pump set is switched on", "the_motor_s_transient*"),
+    Entry(C + "clutch_start.toml", "A clutch starts a machine", "the_clutch*"),
+    Entry(C + "clutch_bench.toml", "A slipping clutch on its bench", "the_clutch*"),
     Entry(C + "engine_viscous_damper.toml", "A four-cylinder engine and its viscous damper", "*torque*"),
     Entry(C + "governed_generator.toml", "A governed generator takes a load", "*torque*"),
-    Entry(C + "rolling_mill.toml", "Two bars through a rolling stand", "*torque*"),
-    Entry(C + "oil_film_rotor.toml", "Oil whirl in plain journal bearings", "*orbit*"),
+    Entry(C + "rolling_mill.toml", "Two bars through a rolling stand", "two_bars*"),
+    Entry(C + "oil_film_rotor.toml", "Oil whirl in plain journal bearings", "whirl_at_half*"),
     Entry(C + "cracked_shaft.toml", "A cracked rotor runs up", "*waterfall*"),
     Entry(C + "test_bench_record.toml", "A rotor driven by a measured start", "*distances*"),
     Entry(C + "compressor_assessment.toml", "A compressor held against API 617", "*.png", "assess"),
@@ -191,7 +191,7 @@ def page(kept: dict) -> str:
         lines += [
             "<figure markdown>",
             f"![{one.words}](images/gallery/{one.name}.png)",
-            f"<figcaption markdown>**{one.words}.**{told} `{one.line()}`{_parts(one)}</figcaption>",
+            f"<figcaption markdown>**{one.words}.**{told}<br>`{one.line()}`<br>{_parts(one)}</figcaption>",
             "</figure>",
             "",
         ]
@@ -211,7 +211,7 @@ def _parts(one: Entry) -> str:
     kinds = dict.fromkeys(
         part.get("kind", "").split(":")[-1] for part in told if isinstance(part, dict)
     )
-    return ": " + ", ".join(f"`{kind}`" for kind in list(kinds)[:6] if kind) if kinds else ""
+    return ", ".join(list(filter(None, kinds))[:6])
 
 
 def main() -> int:
