@@ -177,8 +177,8 @@ def page(kept: dict) -> str:
         "# Gallery",
         "",
         "Studies and experiments of the repository, run as anyone runs them (`make gallery`): what it looks like, with the code that makes it, and the "
-        "processor seconds that it took, compiling included. Where none are told the experiment runs for many minutes, and the "
-        "picture is the one of its own page.",
+        "processor seconds that it took, compiling included. Where none are told the "
+        "picture is the one of another page of this site.",
         "",
         '<div class="gallery" markdown>',
         "",
