@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint matrix wheels benchmark benchmark-check clean
+.PHONY: help demo docs gallery test lint matrix wheels benchmark benchmark-check clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -13,7 +13,13 @@ help: ## this list
 demo: $(VENV)/.core ## simulate the two-rotor start-up of the paper, with figures, into results/
 	$(BIN)/jaxrotor run configs/two_rotor_startup.toml
 
-test: $(VENV)/.test $(VENV)/.interop ## run the tests
+docs: $(VENV)/.docs ## build the site into site/; open site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+gallery: $(VENV)/.core ## run the studies and experiments whose pictures are stale, for docs/gallery.md; minutes
+	$(BIN)/python docs/pages/gallery.py
+
+test: $(VENV)/.test $(VENV)/.interop $(VENV)/.docs ## run the tests
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
 lint: $(VENV)/.test $(VENV)/.dev ## style, format and types
@@ -35,7 +41,7 @@ benchmark-check: $(VENV)/.core ## compare the ratios that the benchmarks found w
 	$(BIN)/python benchmarks/record.py
 
 clean: ## remove the environment and the caches; results stay
-	rm -rf $(VENV) .cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) .cache .pytest_cache .ruff_cache site
 
 # Each stamp says that its extra has been installed for the pyproject.toml and constraints of now.
 $(VENV)/.python:
@@ -47,6 +53,6 @@ $(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/.python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
 	touch $@
 
-$(VENV)/.test $(VENV)/.dev $(VENV)/.interop $(VENV)/.benchmarks: $(VENV)/.%: pyproject.toml constraints.txt | $(VENV)/.python
+$(VENV)/.test $(VENV)/.dev $(VENV)/.docs $(VENV)/.interop $(VENV)/.benchmarks: $(VENV)/.%: pyproject.toml constraints.txt | $(VENV)/.python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[$*]'
 	touch $@

@@ -34,7 +34,17 @@ import pytest
 from sybil import Sybil
 from sybil.parsers.markdown import PythonCodeBlockParser
 
-pytest_collect_file = Sybil(parsers=[PythonCodeBlockParser()], patterns=["*.md"]).pytest()
+
+def close_pictures(*_):
+    """Figures end with the test or the page that opened them: matplotlib warns of the twenty-first open one,
+    whoever made them."""
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+
+
+pytest_collect_file = Sybil(
+    parsers=[PythonCodeBlockParser()], patterns=["*.md"], teardown=close_pictures
+).pytest()
 
 # Tracing makes so many objects that looking through all of them time and again takes a twentieth of the time.
 gc.freeze()
@@ -60,10 +70,8 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(autouse=True)
 def close_figures():
-    """A test's figures end with it: matplotlib warns of the twenty-first open one, whoever made them."""
     yield
-    if "matplotlib.pyplot" in sys.modules:
-        sys.modules["matplotlib.pyplot"].close("all")
+    close_pictures()
 
 
 @pytest.fixture(autouse=True, scope="module")

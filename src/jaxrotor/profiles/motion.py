@@ -98,8 +98,8 @@ class SpeedTable(AbstractMotion):
     """Speed given at instants, joined by a monotone cubic, held at its first and last value outside them.
 
     `times` (s) increase strictly; `speeds` in rad/s. Two rows are a linear ramp. The acceleration is
-    continuous inside, so a table of many rows costs no restarts; at both ends it jumps to zero. Source: see
-    `monotone`.
+    continuous inside, so a table of many rows costs no restarts; at both ends it jumps to zero. Source:
+    Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300.
     """
 
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))

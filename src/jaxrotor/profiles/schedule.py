@@ -90,7 +90,8 @@ class Table(AbstractSchedule):
     """`values` given at `times` (s, increasing), joined by a monotone cubic, held at its first and last
     value outside.
 
-    Source: see `monotone`. Between its ends the curve has no kink, so a long table costs no restarts.
+    Source: Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300. Between its ends the curve has no
+    kink, so a long table costs no restarts.
     """
 
     times: Float[Array, " n"] = parameter("s", shapes=((None,),))

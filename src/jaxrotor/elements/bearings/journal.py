@@ -127,7 +127,8 @@ class JournalBearing(AbstractFilm):
     The film's shear brakes the journal (Petroff over the whole circumference), and half of the torque that
     the pressure has about the bearing's centre falls on either surface: so what whirl gains, the shaft's
     turning loses. At rest the film bears nothing: start turning, from `initial="running"`.
-    NaN where the journal touches. Sources: see `bearing/film.py`; torques from the power balance of the film.
+    NaN where the journal touches. Sources: Ocvirk, NACA TN 2808 (1952); Booker, J. Basic Eng. 87 (1965) 537;
+    Szeri, Fluid Film Lubrication, 2nd ed. (2011), ch. 3; torques from the power balance of the film.
     """
 
     diameter: Float[Array, ""] = parameter("m", positive=True)
@@ -216,7 +217,7 @@ class SqueezeFilmDamper(AbstractFilm):
     """A film around a ring that does not turn (an outer race held by a pin or a cage): it damps alone.
 
     Attached to the ring's station, or to `(ring, housing)`. Arguments as for `JournalBearing`; open ends.
-    What centres the ring is a `LinearSupport` beside it. Sources: `bearing/film.py`; Della Pietra &
+    What centres the ring is a `LinearSupport` beside it. Sources: as of `JournalBearing`; Della Pietra &
     Adiletta, Shock and Vibration Digest 34 (2002) 3.
     """
 

@@ -81,7 +81,7 @@ class SpeedTorque(AbstractAttachment, Tabulated):
 
     `speeds` (rad/s) increase and may be negative; `torques` in N·m are positive where they drive in
     the sense of phi, so that a load that brakes forward running has negative ones. Between the
-    rows a monotone cubic (see `drive.monotone`): the curve has no kink and does not overshoot. A run that
+    rows a monotone cubic (Fritsch & Butland): the curve has no kink and does not overshoot. A run that
     leaves the table says so.
     """
 

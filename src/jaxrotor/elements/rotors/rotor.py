@@ -44,7 +44,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
     and of its imperfection. Port `"main.mass_centre"` of a rotor `main` is its mass centre: a force
     there has the moment that its eccentricity gives it.
 
-    Source: Matyja & Łazarz 2014, eqs. of motion; closed form in `inertia.rigid`.
+    Source: Matyja & Łazarz 2014, eqs. of motion, solved in closed form (docs/physics.md, rigid rotor).
     """
 
     mass: Float[Array, ""] = parameter("kg", positive=True)
