@@ -289,6 +289,15 @@ BAD = {
     "get below a number": (lambda: line().get("main.mass.value"), "`main.mass.value` `value` none"),
     "set out of bounds": (lambda: line().set({"main.mass": -2.0}), "`main` mass positive -2 kg"),
     "set of a text": (lambda: line().set({"main.mass": "6 kg"}), "`main` mass number '6 kg'"),
+    "set of an entry of no row": (
+        lambda: line().set({"main.mass[0]": 1.0}),
+        "`main.mass[0]` no such entry",
+    ),
+    "set of an entry to a row": (
+        lambda: line().set({"gravity[1]": [1.0, 2.0]}),
+        "`gravity[1]` one number shape (2,)",
+    ),
+    "get of an entry beyond": (lambda: line().get("gravity[3]"), "`gravity[3]` no such entry"),
     "set of an option": (
         lambda: line().set({"shaft.twist": "paper"}),
         "`shaft.twist` option build the machine anew",

@@ -546,7 +546,7 @@ def test_a_study_draws_them(whirl):
     for kind in KINDS:
         fig = figure_of(diagnosis(whirl, wanted(kind, start="0 s")))
         titles = [ax.get_title(loc="left") for ax in fig.axes] + [fig.get_suptitle()]
-        assert any("Look: `disc`" in title for title in titles)
+        assert any("Look: disc" in title for title in titles)
     late = diagnosis(whirl, wanted("orbit", start="0.2 s"))
     assert "`turns`: must fit" in late.texts[0].get_text().replace("\n", " ")
     beyond = diagnosis(whirl, wanted("poincare", start="9 s"))

@@ -101,6 +101,12 @@ def test_passage():
         PassageAmplitude(Given(seen), "d", 300, 400)(run)
     with pytest.raises(jr.InputError, match="there is no element `disc`"):
         PassageAmplitude(Given(seen), "disc", 60, 100)(run)
+    for compare in (lambda m: m <= 1e-3, lambda m: m >= 1e-3):
+        with pytest.raises(
+            jr.InputError,
+            match=r"judges a run.*\.measure\(PassageAmplitude\(\.\.\.\)\) [<>]= 0.001",
+        ):
+            compare(PassageAmplitude(Given(seen), "d", 60, 100))
 
 
 # Levels and integrals

@@ -9,7 +9,7 @@ from jaxrotor import plot
 from jaxrotor.commands.observations import amplitude, falls_to, turn_mean
 from jaxrotor.commands.run_report import summary, summary_table, write_report
 from jaxrotor.diagnostics.spectrum import power_spectral_density
-from jaxrotor.plot.chart import Curve, chart
+from jaxrotor.plot.curves import Curve, chart
 from jaxrotor.plot.lanes import positions
 from jaxrotor.plot.style import band, turning_points
 from jaxrotor.study.quantities import quantities, read_quantity

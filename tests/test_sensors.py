@@ -129,3 +129,21 @@ def test_sensors_refuse(whirl):
             sensor.signal(whirl)
     with pytest.raises(jr.InputError, match="pulses must be a whole number"):
         jr.sensors.pulse_times(whirl, "d", 0)
+
+
+def test_a_unit_of_the_sensors_kind_wants_its_factor():
+    """What is recorded in um is a million times what is seen in m: 1 is a slip of six orders."""
+    from jaxrotor.core.parameter import problems
+
+    probe = jr.sensors.ProximityProbe("disc", 0.0)
+    (said,) = problems(jr.Channel(probe, unit="um"), "probe")
+    assert said.startswith(
+        "`probe`: sensitivity must be 1e+06 um per m, as the unit says, but is 1"
+    )
+    for fits in (
+        jr.Channel(probe),
+        jr.Channel(probe, unit="m"),
+        jr.Channel(probe, unit="um", sensitivity=0.98e6),
+        jr.Channel(probe, unit="V"),
+    ):
+        assert not list(problems(fits, "probe"))

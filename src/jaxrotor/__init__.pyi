@@ -100,7 +100,7 @@ from .simulation.state import State as State
 from .simulation.equilibrium import static_equilibrium as static_equilibrium
 from .simulation.energy import energy_audit as energy_audit
 from .simulation.pilot import plan as plan
-from .simulation.plan import Plan as Plan
+from .simulation.planned import Plan as Plan
 from .integrators.exponential import ExponentialAdams as ExponentialAdams, ETD4RK as ETD4RK
 from .integrators.rosenbrock import Rosenbrock as Rosenbrock
 

@@ -25,7 +25,7 @@ def diagnosis(response: Response, wanted: Any) -> Any:
     more = {"orders": wanted.orders, "clearance": wanted.clearance}
     given = {name: value for name, value in more.items() if value is not None}
     of_x = ", x" if wanted.kind == "order_tracking" else ""
-    title = f"{wanted.title}: `{wanted.station}`{of_x}"
+    title = f"{wanted.title}: {wanted.station}{of_x}"
     try:
         with closed_on_failure():
             return _DRAW[wanted.kind](response, wanted.station, wanted.start, title=title, **given)

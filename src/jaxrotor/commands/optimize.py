@@ -7,13 +7,13 @@ from typing import Any
 
 from ..core.errors import InputError
 from ..core.files import check_folder, folder_written_whole, save_json
+from ..machine.paths import split_entry
 from ..objectives.criterion import Constraint
 from ..objectives.machine_measures import ResponsePeaks, unit_on
 from ..objectives.measure import AbstractSignalMeasure
 from ..optimization.experiment import SimulatedRun
 from ..optimization.optimize import optimize
 from ..optimization.optimum import Optimum
-from ..search.unknown import split_entry
 from ..study.study import Study
 from .made import made_of
 from .options import study_name

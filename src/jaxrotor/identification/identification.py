@@ -11,9 +11,10 @@ from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.files import save_json
 from ..machine.machine import Machine
+from ..machine.paths import split_entry
 from ..search.instrumented import Instrumented
 from ..search.space import Space
-from ..search.unknown import Unknown, split_entry
+from ..search.unknown import Unknown
 from ..sensors.channel import AbstractChannel
 from ..sensors.record import Record
 from .domain import Time

@@ -28,7 +28,7 @@ from ..profiles.motion import AbstractMotion
 from .condensation import FULL, condensed_by
 from .ends import check_carried, check_ends, massless
 from .lineup import structure_of
-from .paths import field_of, place_of, resolve, walk
+from .paths import entry_of, field_of, place_of, resolve, split_entry, walk, with_entry
 from .text import machine_text
 from .wiring import FIXED, Held, Wiring, check_connected, coordinate, unknown, wire
 
@@ -268,10 +268,12 @@ class Machine(Part):
         return (lambda m: m[head]), self[head], steps
 
     def get(self, path: str) -> Any:
-        """The parameter (or part) at `path`, such as `"main.unbalance.eccentricity"`. Raises
-        `InputError` where there is none."""
+        """The parameter (or part) at `path`, such as `"main.unbalance.eccentricity"`, or an entry of one,
+        `"bearing.stiffness[0]"`. Raises `InputError` where there is none."""
+        path, entry = split_entry(text(path, "a parameter's path"))
         _, root, steps = self._split(path)
-        return resolve(root, steps, path)
+        found = resolve(root, steps, path)
+        return found if entry is None else entry_of(found, entry, f"{path}[{entry}]")
 
     def units(self, path: str) -> tuple[str, ...]:
         """SI unit of a parameter: one, or one for each entry where they differ. Raises `InputError` for
@@ -286,10 +288,14 @@ class Machine(Part):
 
     @takes(values=mapping)
     def set(self, values: Mapping[str, Any]) -> "Machine":
-        """A machine with other values: `machine.set({"main.mass": 6.1})`; SI units, checked. Raises
-        `InputError` for a path that names no parameter or part, and for what is out of its bounds."""
+        """A machine with other values: `machine.set({"main.mass": 6.1, "bearing.stiffness[0]": 1e6})`; SI
+        units, checked. Raises `InputError` for a path that names no parameter or part, and for what is out
+        of its bounds."""
         machine = self
-        for path, value in values.items():
+        for whole, value in values.items():
+            path, entry = split_entry(text(whole, "a parameter's path"))
+            if entry is not None:
+                value = with_entry(machine.get(path), entry, as_float64(value), whole)
             where, root, steps = machine._split(path)
             resolve(root, steps, path)
             owner = resolve(root, steps[:-1], path) if steps else None

@@ -1,15 +1,41 @@
-"""Parameters by their path: `"main.unbalance.eccentricity"`."""
+"""Parameters by their path: `"main.unbalance.eccentricity"`; of a row an entry, `"bearing.stiffness[0]"`."""
 
 import dataclasses
+import re
 from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
 
 from ..core.declared import Within
 from ..core.errors import InputError
 from ..core.parameter import nested, parameter_fields
 from .wiring import unknown
+
+_ENTRY = re.compile(r"(.+?)\[(\d+)\]")
+
+
+def split_entry(path: str) -> tuple[str, int | None]:
+    """`"bearing.stiffness[0]"` -> its path and the entry's number."""
+    match = _ENTRY.fullmatch(path)
+    return (match[1], int(match[2])) if match else (path, None)
+
+
+def entry_of(value: Any, entry: int, path: str) -> Any:
+    """Raises `InputError` where the value has no such entry."""
+    if np.ndim(value) != 1 or entry >= np.shape(value)[0]:
+        raise InputError(f"`{path}`: there is no such entry: the shape is {np.shape(value)}")
+    return value[entry]
+
+
+def with_entry(value: Any, entry: int, one: Any, path: str) -> Any:
+    """The row with another entry. Raises `InputError` where it has no such entry, or `one` is no number."""
+    entry_of(value, entry, path)
+    if np.ndim(one):
+        raise InputError(f"`{path}`: must be one number, but has the shape {np.shape(one)}")
+    return jnp.asarray(value).at[entry].set(one)
 
 
 def walk(module: eqx.Module, prefix: str) -> Iterator[tuple[str, Any]]:

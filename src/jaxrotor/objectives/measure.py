@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Iterator
+from typing import NoReturn
 
 import equinox as eqx
 import jax
@@ -56,6 +57,19 @@ class AbstractMeasure(Part):
     @abc.abstractmethod
     def unit(self) -> str:
         """SI unit as pint reads it; empty for a pure number."""
+
+    def __le__(self, limit: float) -> NoReturn:
+        self._of_no_run("<=", limit)
+
+    def __ge__(self, limit: float) -> NoReturn:
+        self._of_no_run(">=", limit)
+
+    def _of_no_run(self, sense: str, limit: float) -> NoReturn:
+        kind = type(self).__name__
+        raise InputError(
+            f"a {kind} judges a run, and is compared where it is said which one: "
+            f"SimulatedRun(...).measure({kind}(...)) {sense} {limit}"
+        )
 
 
 class AbstractSignalMeasure(AbstractMeasure):

@@ -13,8 +13,8 @@ from ..core.gate import takes
 from ..core.parameter import as_float64
 from ..core.part import Part
 from ..machine.machine import Machine
+from ..machine.paths import split_entry
 from ..search.instrumented import Instrumented
-from ..search.unknown import split_entry
 
 # What scatters unless it is named: not the gravity, and not where forces or axes point.
 _LEFT = ("gravity",)

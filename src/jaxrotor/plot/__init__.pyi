@@ -1,4 +1,4 @@
-from .chart import Curve as Curve, chart as chart
+from .curves import Curve as Curve, chart as chart
 from .design import (
     before_after as before_after,
     peaks_before_after as peaks_before_after,

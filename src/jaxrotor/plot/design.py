@@ -19,7 +19,7 @@ from ..objectives.peak import PeakValue
 from ..optimization.optimum import Optimum
 from ..optimization.problem import in_parts
 from ..simulation.response import Response
-from .chart import Curve, _draw, _scale
+from .curves import Curve, _draw, _scale
 from .lines import _PREFIXED
 from .style import COLOURS, GREY, Given, asked_panels, figure, label, legend
 

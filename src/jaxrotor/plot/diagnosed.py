@@ -81,7 +81,7 @@ def run_orbit(
     station: str | None = None,
     start: float | None = None,
     orders: Sequence[float] | None = None,
-    title: str = "`{station}`",
+    title: str = "{station}",
     ax: Given | None = None,
 ) -> np.ndarray:
     """Orbits of a station (by default the heaviest rotor): its last turns as they are, and what the
@@ -105,7 +105,7 @@ def run_full_spectrum(
     station: str | None = None,
     start: float | None = None,
     orders: Sequence[float] | None = None,
-    title: str = "Full spectrum of `{station}`",
+    title: str = "Full spectrum of {station}",
     ax: Given | None = None,
 ) -> Axes:
     """Amplitudes of backward and forward whirl of a station (by default the heaviest rotor) over frequency,
@@ -128,7 +128,7 @@ def run_waterfall(
     station: str | None = None,
     start: float | None = None,
     orders: Sequence[float] | None = None,
-    title: str = "Waterfall of `{station}`",
+    title: str = "Waterfall of {station}",
     ax: Given | None = None,
 ) -> Axes:
     """Full spectra of a station (by default the heaviest rotor) by colour over frequency and speed, with
@@ -141,7 +141,7 @@ def run_cascade(
     station: str | None = None,
     start: float | None = None,
     orders: Sequence[float] | None = None,
-    title: str = "Cascade of `{station}`",
+    title: str = "Cascade of {station}",
     ax: Given | None = None,
 ) -> Axes:
     """As `waterfall`, the spectra as lines above each other."""
@@ -153,7 +153,7 @@ def run_order_tracks(
     station: str | None = None,
     start: float | None = None,
     orders: Sequence[float] | None = None,
-    title: str = "Orders of `{station}`, x",
+    title: str = "Orders of {station}, x",
     ax: Given | None = None,
 ) -> np.ndarray:
     """Amplitude and phase of `orders` (by default once and twice a turn) of a station's x over its speed: two
@@ -170,7 +170,7 @@ def run_centreline(
     station: str | None = None,
     start: float | None = None,
     clearance: float | None = None,
-    title: str = "Shaft centreline of `{station}`",
+    title: str = "Shaft centreline of {station}",
     ax: Given | None = None,
 ) -> Axes:
     """Mean positions of a station (by default the heaviest rotor), the speed by colour; `clearance`: m,
@@ -187,7 +187,7 @@ def run_poincare(
     response: Response,
     station: str | None = None,
     start: float | None = None,
-    title: str = "Poincaré section of `{station}`",
+    title: str = "Poincaré section of {station}",
     ax: Given | None = None,
 ) -> Axes:
     """x and its rate of a station (by default the heaviest rotor) once a turn. `start`: s, from when on the

@@ -39,7 +39,7 @@ def bearing_forces(
         size = np.hypot(force[:, 0], force[:, 1])
         for i, axis in enumerate("xy"):
             band(row[0], t, force[:, i], COLOURS[i], f"F{axis}")
-        label(row[0], "time, s", "force, N", f"`{name}`: force on the base")
+        label(row[0], "time, s", "force, N", f"{name}: force on the base")
         legend(row[0], loc="upper right")
         row[1].plot(np.abs(speed), size, color=COLOURS[2], linewidth=0.5, alpha=0.8)
         row[1].set_ylim(bottom=0)

@@ -16,7 +16,7 @@ def spin(response: Response, station: str | None = None, ax: Given | None = None
     _, axes = figure(1, 3 if passes else 2, (13, 4), ax)
     a, b = axes[0, :2]
     a.plot(t, np.asarray(part.phi) / (2 * np.pi), color=COLOURS[0])
-    label(a, "time, s", "angle phi, turns", f"Angle of `{station}`")
+    label(a, "time, s", "angle phi, turns", f"Angle of {station}")
     speed = np.asarray(part.speed)
     b.plot(t, speed, color=COLOURS[0])
     if not passes:
@@ -29,10 +29,8 @@ def spin(response: Response, station: str | None = None, ax: Given | None = None
     label(b, "time, s", "speed, rad/s", "Speed (grey: the zoom)")
     if driver is not None and driver != station:
         own = np.asarray(response[driver].speed)
-        c.plot(
-            t[zoom], own[zoom], color=GREY, linestyle="--", linewidth=1, label=f"drive `{driver}`"
-        )
-    c.plot(t[zoom], speed[zoom], color=COLOURS[0], linewidth=1, label=f"`{station}`")
+        c.plot(t[zoom], own[zoom], color=GREY, linestyle="--", linewidth=1, label=f"drive {driver}")
+    c.plot(t[zoom], speed[zoom], color=COLOURS[0], linewidth=1, label=station)
     c.axvline(t[k], color=GREY, linewidth=0.6)
     label(c, "time, s", "speed, rad/s", f"Zoom on the passage, t = {t[k]:.3f} s")
     legend(c, loc="upper left")
@@ -49,11 +47,11 @@ def vibration(
     for i, name in enumerate("xy"):
         values = 1e3 * np.asarray(getattr(part, name))
         band(axes[i, 0], t, values, COLOURS[i], name)
-        label(axes[i, 0], "", f"{name}, mm", f"Flexural vibration of `{station}`, {name}")
+        label(axes[i, 0], "", f"{name}, mm", f"Flexural vibration of {station}, {name}")
     z = np.asarray(part.z)
     scale, unit = (1e3, "mm") if np.abs(z).max() > 1e-5 else (1e9, "nm")
     band(axes[2, 0], t, scale * z, COLOURS[2], "z")
-    label(axes[2, 0], "time, s", f"z, {unit}", f"Longitudinal vibration of `{station}`")
+    label(axes[2, 0], "time, s", f"z, {unit}", f"Longitudinal vibration of {station}")
     return axes[:, 0]
 
 
@@ -67,7 +65,7 @@ def inclinations(
     _, axes = figure(2, 2, (12, 6.5), ax, sharex=True)
     for i, name in enumerate(("psi", "theta")):
         band(axes[0, i], t, 1e3 * position[:, 3 + i], COLOURS[i], name)
-        label(axes[0, i], "", f"{name}, mrad", f"Inclination {name} of `{station}`")
+        label(axes[0, i], "", f"{name}, mrad", f"Inclination {name} of {station}")
         band(axes[1, i], t, acceleration[:, 3 + i], COLOURS[i], name)
         label(axes[1, i], "time, s", f"{name}'', rad/s²", "Its acceleration")
     return axes

@@ -40,7 +40,7 @@ def trajectories(
             *xyz[-1, :2], "X", color="black", markersize=8, markerfacecolor="white", label="end"
         )
         panel.set_aspect("equal", adjustable="datalim")
-        label(panel, "x, mm", "y, mm", f"{centre} centre of `{name}`".capitalize())
+        label(panel, "x, mm", "y, mm", f"{centre.capitalize()} centre of {name}")
     handles, names = axes[0, 0].get_legend_handles_labels()
     told = legend_below(axes, ax, 5, handles, names)
     for line in told.get_lines():
@@ -76,11 +76,11 @@ def distances(
                 e, color=GREY, linestyle="--", linewidth=0.9, label=f"eccentricity {e:g} mm"
             )
         panel.set_ylim(bottom=0)
-        label(panel, "", "distance, mm", f"`{name}`: distance from its position at rest")
+        label(panel, "", "distance, mm", f"{name}: distance from its position at rest")
         legend(panel, loc="upper left")
         if not alike:
-            panel.set_xlabel(f"speed of `{name}`, rad/s")
-    axes[-1, 0].set_xlabel("speed, rad/s" if alike else f"speed of `{stations[-1]}`, rad/s")
+            panel.set_xlabel(f"speed of {name}, rad/s")
+    axes[-1, 0].set_xlabel("speed, rad/s" if alike else f"speed of {stations[-1]}, rad/s")
     return axes[:, 0]
 
 

@@ -10,7 +10,7 @@ from ..core.errors import InputError
 from ..diagnostics.spectrum import power_spectral_density
 from ..simulation.response import Response
 from . import select
-from .chart import Curve, chart
+from .curves import Curve, chart
 from .labels import number
 from .style import COLOURS, Given, figure, label, legend
 

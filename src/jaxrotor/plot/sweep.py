@@ -146,6 +146,16 @@ def _quantiles(values: np.ndarray) -> np.ndarray:
     return out
 
 
+def _one_axis(found: xr.Dataset) -> str:
+    first, *others = axes_of(found)
+    if others:
+        raise InputError(
+            f"this is a grid of {1 + len(others)} axes, {' and '.join((first, *others))}: take `grid_map`, "
+            f'or one value of an axis, `found.isel({{"{others[-1]}": 0}})`'
+        )
+    return first
+
+
 def grid_lines(
     found: xr.Dataset,
     names: str | Sequence[str],
@@ -153,8 +163,8 @@ def grid_lines(
     ax: Given | None = None,
 ) -> np.ndarray:
     """Of a grid of one axis: each output that is one number, over it. Raises `InputError` where a name
-    is no output, or none of them is one number for each case."""
-    (path,) = axes_of(found)
+    is no output, none of them is one number for each case, or the grid has more axes."""
+    path = _one_axis(found)
     numbers, limits = _numbers(found, names), limits or {}
     x_size, x_words = quantity_label(found, path)
     x = x_size * found[path].values
@@ -209,8 +219,9 @@ def grid_map(
 
 
 def grid_over(found: xr.Dataset, name: str, limit: Any = None, ax: Given | None = None) -> Axes:
-    """Of a grid of one axis: an output over speed or time, a line for each value; of many values a map."""
-    (path,) = axes_of(found)
+    """Of a grid of one axis: an output over speed or time, a line for each value; of many values a map.
+    Raises `InputError` where the grid has more axes."""
+    path = _one_axis(found)
     array = found[name]
     (along,) = (str(d) for d in array.dims if d != path)
     over_speed = along.endswith("_speed")

@@ -10,7 +10,7 @@ from ..diagnostics.spectrum import power_spectral_density
 from ..machine.wiring import unknown
 from ..simulation.response import Response
 from . import select
-from .chart import _draw
+from .curves import _draw
 from .style import COLOURS, GREY, Given, asked_panels, band, dashes, figure, label, legend
 
 # Drawn in place of nothing: a balanced line has no vibration, and a logarithm wants a number.
@@ -40,13 +40,11 @@ def speed_differences(
         acceleration = np.asarray(part.acceleration[:, 5]) - ratios[name] * a
         for row, values in enumerate((speed, acceleration)):
             band(axes[row, 0], t, values, COLOURS[i], f"`{name}`")
-            axes[row, 1].plot(
-                t[zoom], values[zoom], color=COLOURS[i], linewidth=0.8, label=f"`{name}`"
-            )
+            axes[row, 1].plot(t[zoom], values[zoom], color=COLOURS[i], linewidth=0.8, label=name)
     units = ("speed difference, rad/s", "acceleration difference, rad/s²")
     for row, words in enumerate(units):
         for column, title in enumerate(("whole run", "passage")):
-            label(axes[row, column], "time, s", words, f"Rotor less drive `{driver}`, {title}")
+            label(axes[row, column], "time, s", words, f"Rotor less drive {driver}, {title}")
             axes[row, column].axhline(0, color=GREY, linewidth=0.6)
     legend(axes[0, 0], loc="upper right")
     return axes
@@ -79,7 +77,7 @@ def speed_spectrum(
                 np.maximum(density[1:], _FLOOR),
                 color=COLOURS[i],
                 linewidth=0.9,
-                label=f"`{name}`",
+                label=name,
             )
         for order in (1, 2):
             at = order * abs(w[-1]) / (2 * np.pi)
@@ -131,7 +129,7 @@ def torques(
         part = response[driver]
         torque = np.asarray(part.reaction[:, 5])
         _draw(axes[1, 0], t, torque, slice(None), COLOURS[0], "")
-        label(axes[1, 0], "", "torque, N·m", f"Torque of the drive `{driver}`")
+        label(axes[1, 0], "", "torque, N·m", f"Torque of the drive {driver}")
         _draw(axes[2, 0], t, np.asarray(part.power), slice(None), COLOURS[1], "")
         label(axes[2, 0], "time, s", "power, W", "Its power")
     else:

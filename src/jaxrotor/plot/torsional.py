@@ -256,7 +256,7 @@ def torque_over_speed(
         if len(kept) < len(lines):
             panel.plot([], [], " ", label=f"({len(lines) - len(kept)} smaller ones)")
         words = "shear stress, MPa" if stress else "torque, N·m"
-        label(panel, "", words, f"`{part}`, amplitudes")
+        label(panel, "", words, f"{part}, amplitudes")
         legend(panel, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[-1, 0].set_xlabel("speed of the driven shaft, rpm")
     return axes[:, 0]
@@ -292,11 +292,11 @@ def start_transient(
         panel.plot(t, scale * values, color=COLOURS[k % 6], linewidth=0.6)
         peak = int(np.argmax(np.abs(values)))
         panel.plot(t[peak], scale * values[peak], "o", color=COLOURS[k % 6], markersize=5)
-        words = f"`{name}`, {scale * values[peak]:.4g} {unit} at {t[peak]:.4g} s"
+        words = f"{name}, {scale * values[peak]:.4g} {unit} at {t[peak]:.4g} s"
         label(panel, "", f"torque, {unit}", words)
     last = axes[-1, 0]
     last.plot(t, RPM * speed, color="black", linewidth=1.0)
-    label(last, "time, s", "speed, rpm", f"speed of `{station}`" if station else "speed")
+    label(last, "time, s", "speed, rpm", f"speed of {station}" if station else "speed")
     low, high = last.get_ylim()
     for name, at in (passages or {}).items():
         above = np.abs(speed) >= at

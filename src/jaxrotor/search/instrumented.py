@@ -10,11 +10,10 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.parameter import as_float64, problems
 from ..machine.machine import Machine
-from ..machine.paths import field_of, resolve
+from ..machine.paths import entry_of, field_of, resolve, split_entry, with_entry
 from ..machine.wiring import unknown
 from ..sensors.channel import AbstractChannel
 from ..simulation.response import blank_run
-from .unknown import split_entry
 
 
 class Instrumented(eqx.Module):
@@ -73,9 +72,7 @@ class Instrumented(eqx.Module):
                     f"`{path}`: has {np.size(value)} entries: name one, such as `{path}[0]`"
                 )
             return value
-        if np.ndim(value) != 1 or entry >= np.shape(value)[0]:
-            raise InputError(f"`{path}`: there is no such entry: the shape is {np.shape(value)}")
-        return value[entry]
+        return entry_of(value, entry, path)
 
     def set(self, values: Mapping[str, Any]) -> "Instrumented":
         """Other values, by path; checked by the machine where they are known."""
@@ -84,20 +81,16 @@ class Instrumented(eqx.Module):
         for path, value in values.items():
             name, entry = split_entry(path)
             head, *steps = name.split(".")
-            if entry is not None:
-                if head in channels:
-                    before = resolve(channels[head], steps, name)
-                else:
-                    before = whole.get(name, self.machine.get(name))
-                value = jnp.asarray(before).at[entry].set(value)
             if head in channels:
+                if entry is not None:
+                    value = with_entry(resolve(channels[head], steps, name), entry, value, path)
                 channels[head] = eqx.tree_at(
                     lambda c: resolve(c, steps, name),  # noqa: B023
                     channels[head],
                     as_float64(value),
                 )
             else:
-                whole[name] = value
+                whole[path] = value
         return Instrumented(self.machine.set(whole) if whole else self.machine, channels)
 
     def unit(self, path: str) -> str:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import re
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -11,8 +10,7 @@ import numpy as np
 from ..core.arguments import listed, mapping, number, numbers, positive, some_text, text
 from ..core.errors import InputError
 from ..core.gate import takes
-
-_ENTRY = re.compile(r"(.+?)\[(\d+)\]")
+from ..machine.paths import split_entry
 
 Kind = Literal["free", "positive", "bounded", "circular"]
 
@@ -92,12 +90,6 @@ class Unknown:
         return dataclasses.replace(
             self, start=float(start), scale=float(scale) if scale > 0 else 1.0
         )
-
-
-def split_entry(path: str) -> tuple[str, int | None]:
-    """`"bearing.stiffness[0]"` -> its path and the entry's number."""
-    match = _ENTRY.fullmatch(path)
-    return (match[1], int(match[2])) if match else (path, None)
 
 
 def as_unknowns(given: Any) -> tuple[Unknown, ...]:

@@ -11,8 +11,9 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from ..core.arguments import whole
 from ..core.errors import InputError
-from ..core.parameter import parameter
+from ..core.parameter import known, parameter
 from ..core.part import Part, option
+from ..core.units import factor, known_unit
 from ..simulation.response import Response
 from .filters import between, low_pass
 from .noise import Noise
@@ -98,6 +99,13 @@ class Channel(AbstractChannel):
     def faults(self) -> Iterator[str]:
         if isinstance(self.order, bool) or self.order not in range(1, 9):
             yield f"order must be a whole number from 1 to 8, but is {self.order!r}"
+        size = factor(self.sensor.unit, self.unit) if known_unit(self.unit or " ") else None
+        given = known(self.sensitivity)
+        if size is not None and size != 1 and given is not None and given == 1:
+            yield (
+                f"sensitivity must be {size:g} {self.unit} per {self.sensor.unit}, as the unit says, but is "
+                "1: write it, or leave the unit out"
+            )
 
 
 def as_channels(given: dict[str, Any]) -> dict[str, AbstractChannel]:

@@ -1,7 +1,7 @@
 from .energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .equilibrium import static_equilibrium as static_equilibrium
 from .pilot import plan as plan
-from .plan import Plan as Plan
+from .planned import Plan as Plan
 from .response import Response as Response
 from .simulate import simulate as simulate
 from .simulation import Simulation as Simulation

@@ -27,7 +27,7 @@ from .checks import sample_count
 from .condensing import condensed_for
 from .march_through import march_through
 from .pilot import plan_for
-from .plan import Plan
+from .planned import Plan
 from .run_setup import RunSetup, roomy, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for

@@ -25,7 +25,7 @@ from ..machine.system import System
 from .assembling import system_of
 from .blame import not_finite
 from .condensing import condensed_for
-from .plan import Plan, bucket, fewest
+from .planned import Plan, bucket, fewest
 from .prepared import Known, known_chains, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .remembered import Remembered

@@ -12,7 +12,7 @@ from ..integrators.blocks import LENGTH
 from ..integrators.exponential import ETD4RK, AbstractExponential, ExponentialAdams
 from ..integrators.progress import PARTS
 from ..machine.machine import Machine
-from .plan import Plan
+from .planned import Plan
 from .sampling_grid import Grid, grid_of
 from .simulation import ATOL, RTOL, Simulation
 from .solver import is_planned, solver_for

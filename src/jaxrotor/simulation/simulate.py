@@ -29,7 +29,7 @@ from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, plans, unresolved
-from .plan import Plan, refined
+from .planned import Plan, refined
 from .prepared import Prepared
 from .ranges import tell_ranges
 from .response import Response

@@ -21,7 +21,7 @@ from .checks import (
     refuse_sampled_whirl,
     sample_count,
 )
-from .plan import DEFAULT_TOLERANCE, Plan
+from .planned import DEFAULT_TOLERANCE, Plan
 from .sampling_grid import grid_of
 from .solver import is_planned, solver_for
 from .state import State

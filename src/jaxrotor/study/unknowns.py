@@ -7,9 +7,10 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.units import read, shown
+from ..machine.paths import split_entry
 from ..search.instrumented import Instrumented
 from ..search.space import Space
-from ..search.unknown import Unknown, as_unknowns, split_entry
+from ..search.unknown import Unknown, as_unknowns
 from .mistakes import Faults
 
 _KEYS = ("path", "start", "positive", "bounds", "circular", "prior", "scale", "also")

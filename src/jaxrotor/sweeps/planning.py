@@ -15,7 +15,7 @@ from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
 from ..simulation.pilot import Asked, begins_abruptly, find_plan, pilot, plan_for
-from ..simulation.plan import BUCKETS, Plan, fewest
+from ..simulation.planned import BUCKETS, Plan, fewest
 from ..simulation.prescribed import Prescribed, looks, prescribed
 from ..simulation.simulation import Simulation
 from .batch import Setup, placed, run_batch, with_steps

@@ -19,7 +19,7 @@ from ..core.gate import takes
 from ..core.parameter import require_x64
 from ..machine.machine import Machine
 from ..simulation.checks import check_machine, sample_count
-from ..simulation.plan import Plan
+from ..simulation.planned import Plan
 from ..simulation.run_setup import set_up as run_setup
 from ..simulation.simulation import Settings, Simulation, as_simulation
 from ..simulation.solver import is_planned
