@@ -412,7 +412,7 @@ def test_bad_universal_files(tmp_path):
     )
 
 
-# pyuff's own samples (MIT, github.com/ladisk/pyuff, data/): the small ones are here, of all of them PYUFF_DATA
+# pyuff's own samples (MIT, github.com/ladisk/pyuff, data/): the small ones are here; of all, PYUFF_DATA
 # names the folder of a copy
 SMALL = Path(__file__).parent / "data" / "uff"
 SAMPLES = {
