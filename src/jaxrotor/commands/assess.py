@@ -14,7 +14,8 @@ from ..core.result_text import table_of
 from ..core.version import installed_version
 from ..standards.finding import Finding
 from ..standards.sensitivities import by_percent, derivatives
-from ..study.assessing import Assessed, Item, assessed
+from ..study.assessed import Assessed, Item
+from ..study.assessing import assessed
 from ..study.study import Study
 from .assess_figures import save_figures
 from .made import made_of

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..study.assessing import Assessed
+from ..study.assessed import Assessed
 from ..study.study import Study
 from ..study.torsional_checks import excitations_of
 from .output import save_figure

@@ -10,7 +10,7 @@ from ..core.errors import InputError
 from ..core.files import written_whole
 from ..core.version import installed_version
 from ..pages.page import Chapter, Figure, Table, Words, page
-from ..study.assessing import Assessed
+from ..study.assessed import Assessed
 from ..study.study import Study
 from .assess import MET, NOT_MET, Row, assess_study, table
 from .assess_figures import figures_of

@@ -9,7 +9,7 @@ from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..machine.axial import axial_positions
 from ..pages.page import Figure, Table, Words
 from ..standards.placed import placed_response
-from ..study.assessing import Assessed
+from ..study.assessed import Assessed
 from ..study.study import Study
 
 _MAP = np.geomspace(1e6, 1e10, 41)
