@@ -42,8 +42,12 @@ def close_pictures(*_):
         sys.modules["matplotlib.pyplot"].close("all")
 
 
+# The six steps run as notebooks, which have the pages' own code (tests/test_notebooks.py).
 pytest_collect_file = Sybil(
-    parsers=[PythonCodeBlockParser()], patterns=["*.md"], teardown=close_pictures
+    parsers=[PythonCodeBlockParser()],
+    patterns=["*.md"],
+    excludes=["docs/start/?-*.md"],
+    teardown=close_pictures,
 ).pytest()
 
 # Tracing makes so many objects that looking through all of them time and again takes a twentieth of the time.
