@@ -139,7 +139,7 @@ def test_sensitivities_are_those_of_central_differences(done, study, path, monke
     entry = value.ndim and np.arange(6) == 1
     rooms = []
     cases = st.unbalance_cases(machine, 7500 * RPM, ["b1", "b2"], 1)  # it stays as it was placed
-    monkeypatch.setattr("jaxrotor.study.assessing.unbalance_cases", lambda *given: cases)
+    monkeypatch.setattr("jaxrotor.study.assess_lateral.unbalance_cases", lambda *given: cases)
     for k in (-2, -1, 1, 2):
         there = machine.set(
             {path: value * (1 + k * h * entry) if value.ndim else value * (1 + k * h)}
