@@ -90,7 +90,19 @@ def twelve():
     )
 
 
-@pytest.mark.parametrize("build", [branched, geared, twelve])
+def sixty():
+    """Far more stations than have room for their names; each end is on a support."""
+    parts = {}
+    for k in range(60):
+        parts[f"station {k}"] = jr.Node()
+        if k < 59:
+            parts[f"element {k}"] = jr.FiniteElementShaft(0.03, 0.08, elements=1)
+    spring = jr.LinearSupport([1e7, 1e7, 0, 0, 0, 0])
+    hung = {f"support {k}": (spring, f"station {k}") for k in range(0, 60, 5)}
+    return jr.Machine.in_line(parts, hung)
+
+
+@pytest.mark.parametrize("build", [branched, geared, twelve, sixty])
 def test_no_words_of_a_drawing_run_into_each_other(build):
     ax = plot.draw_machine(build())
     figure = ax.figure
@@ -100,6 +112,14 @@ def test_no_words_of_a_drawing_run_into_each_other(build):
     for i, (name, box) in enumerate(boxes):
         for other, against in boxes[i + 1 :]:
             assert not box.overlaps(against), (name, other)
+
+
+def test_of_many_stations_few_are_named():
+    """The drawing stays one of a machine, and no column of words."""
+    ax = plot.draw_machine(sixty())
+    width, height = ax.figure.get_size_inches()
+    names = [t.get_text() for t in ax.texts if t.get_text().startswith("station")]
+    assert height < 0.7 * width and 20 < len(names) < 60
 
 
 def test_what_gears_drive_stands_beside_its_driver():
@@ -131,7 +151,7 @@ def test_distances_fill_their_panels_where_gears_turn_backward():
         x = np.concatenate([line.get_xdata() for line in ax.lines if len(line.get_xdata()) == 40])
         low, high = ax.get_xlim()
         assert x.min() >= 0 and (x.max() - x.min()) / (high - low) > 0.85
-        assert ax.get_xlabel() == f"speed of `{name}`, rad/s"
+        assert ax.get_xlabel() == f"speed of {name}, rad/s"
 
 
 def test_six_torques_at_most():

@@ -20,6 +20,8 @@ _SCHEMATIC, _FREE = 1.0, 0.35
 LETTER, NAME_ROW, ROW = 0.66, 13.0, 11.0
 NAME, SMALL = 10.0, 8.0
 _GAP = 8.0
+MOST_ROWS = 4
+_INSIDE = 0.94  # of the figure's width, between its margins
 # Inches: width of a drawing, and its greatest height.
 _WIDE, _HIGH = 10.0, 8.5
 
@@ -115,10 +117,16 @@ def attached(machine: Machine) -> list[tuple[str, str, str]]:
     ]
 
 
+def load_words(name: str, kind: str, many: bool) -> str:
+    """Of what is attached; its name alone where there are many."""
+    return name if many else f"{name} ({kind})"
+
+
 @dataclass
 class Lane:
     """One axis. `up`, `down`: how far the parts reach from it, m; `level`: its height on the drawing, m.
-    `names`, `shafts`, `loads`: the row of each word above, right below and further below."""
+    `names`, `shafts`, `loads`: the row of each word above, right below and further below; words for which
+    there is no room are left out."""
 
     up: float
     down: float
@@ -193,11 +201,11 @@ def laid_out(machine: Machine, shaft_words: dict[str, str]) -> Drawing:
     left, right = left - 0.03 * (right - left), right + 0.03 * (right - left)
     width, high = _WIDE, 0.0
     for _ in range(4):  # words take more of a smaller figure
-        point = wide / (72 * width)
+        point = wide / (72 * _INSIDE * width)
         _rows(machine, where, lanes, shaft_words, point)
-        high = _levels(lanes, point) + 30 * point
+        high = _levels(lanes, point) + 36 * point
         width = min(_WIDE, _HIGH * wide / high)
-    top = lanes[0].up + lanes[0].above() * wide / (72 * width)
+    top = lanes[0].up + lanes[0].above() * wide / (72 * _INSIDE * width)
     return Drawing(
         where, lanes, tall, length, left, right, top - high, top, (width, width * high / wide)
     )
@@ -214,12 +222,13 @@ def _levels(lanes: list[Lane], point: float) -> float:
 
 def _rows(machine: Machine, where, lanes: list[Lane], shaft_words, point: float) -> None:
     def placed(words: Sequence[tuple[str, float, str]], size: float) -> dict[str, int]:
+        """Of a machine of so many parts that words would fill the picture, those that fit into few rows."""
         words = sorted(words, key=lambda w: w[1])
         widths = [
             (max(map(len, text.split("\n"))) + 1.5) * LETTER * size * point for _, _, text in words
         ]
         found = rows([z for _, z, _ in words], widths)
-        return {name: row for (name, _, _), row in zip(words, found)}
+        return {name: row for (name, _, _), row in zip(words, found) if row < MOST_ROWS}
 
     stations = machine.wiring.stations[: len(machine.stations)]
     middle = {name: _middle(machine, where, name) for name in shaft_words}
@@ -229,7 +238,10 @@ def _rows(machine: Machine, where, lanes: list[Lane], shaft_words, point: float)
         own = [(n, middle[n][0], words) for n, words in shaft_words.items() if middle[n][1] == k]
         lane.shafts = placed(own, SMALL)
         lane.lines = max((1 + words.count("\n") for _, _, words in own), default=1)
-        hung = [(n, where[s][0], f"{n} ({kind})") for n, kind, s in loads if where[s][1] == k]
+        many = len(loads) > 2 * MOST_ROWS
+        hung = [
+            (n, where[s][0], load_words(n, kind, many)) for n, kind, s in loads if where[s][1] == k
+        ]
         lane.loads = placed(hung, SMALL)
 
 

@@ -25,6 +25,8 @@ _LOOK = {
 _UNSTABLE = "#FBE3DC"
 # Crossings closer than this part of the width share one label.
 _CLOSE = 0.04
+# No mode's frequency goes further between two speeds, as part of what is shown: another has taken its place.
+_JUMP = 0.5
 _PREFIXES = ((1.0, 1.0, ""), (1e-3, 1e3, "m"), (1e-6, 1e6, "µ"), (1e-9, 1e9, "n"), (0, 1e12, "p"))
 
 
@@ -59,7 +61,9 @@ def campbell_diagram(
     _, axes = figure(rows, 1, size, ax, sharex=True, **grid)
     panel = axes[0, 0]
     for k in shown:
-        _line(panel, rpm, hertz[:, k], classes[:, k])
+        jumps = np.flatnonzero(np.abs(np.diff(hertz[:, k])) > _JUMP * top) + 1
+        for part in np.split(np.arange(rpm.size), jumps):
+            _line(panel, rpm[part], hertz[part, k], classes[part, k])
     ends = {k: hertz[-1, k] for k in shown if hertz[-1, k] < 1.05 * top}
     places = _spread(np.array(list(ends.values())), 0.032 * top)
     for (k, y), place in zip(ends.items(), places):

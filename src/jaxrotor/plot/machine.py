@@ -12,7 +12,19 @@ from ..elements.rotors.body import RigidBody
 from ..elements.rotors.node import Node
 from ..elements.rotors.rotor import Rotor
 from ..machine.machine import Machine
-from .lanes import NAME, NAME_ROW, ROW, SMALL, Drawing, attached, disc, laid_out, sections
+from .lanes import (
+    MOST_ROWS,
+    NAME,
+    NAME_ROW,
+    ROW,
+    SMALL,
+    Drawing,
+    attached,
+    disc,
+    laid_out,
+    load_words,
+    sections,
+)
 from .style import COLOURS, GREY, Given, figure
 
 _STEEL = "#C9D3DC"
@@ -22,7 +34,7 @@ _WORDS = "#404040"
 def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
     """Side view to scale: shafts with their diameters, rotors as discs of their mass and inertia,
     bearings on the ground, the drive, names, unbalance and a scale in mm. Branches, and what gears drive,
-    stand in lanes below their line."""
+    stand in lanes below their line. Of very many parts those are named for which there is room."""
     words = {
         name: _shaft_words(name, connector)
         for name, connector in zip(machine.wiring.connectors, machine.connectors)
@@ -43,6 +55,8 @@ def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
         lane, (z, y) = drawing.lane(name), drawing.at(name)
         if isinstance(station, AbstractPrescribed):  # above its box
             z += 0.36 * drawing.tall * (-1 if drawing.leads(machine, name) else 1)
+        if name not in lane.names:
+            continue
         # in one height where there are several rows: only so none runs into another
         several = max(lane.names.values()) > 0
         top = max(_height(station, drawing.tall), thick.get(name, 0.0))
@@ -107,6 +121,8 @@ def _draw_connection(ax, drawing: Drawing, name, connector, ends, words) -> None
         _draw_shaft(ax, connector, z0, z1, y)
     else:
         ax.plot([z0, z1], [y, y], color=COLOURS[4], linewidth=2, zorder=1)
+    if name not in lane.shafts:
+        return
     ax.annotate(
         words,
         ((z0 + z1) / 2, y - lane.down),
@@ -218,7 +234,8 @@ def _draw_bearing(ax, z, y, tall) -> None:
 
 def _draw_attachments(ax, machine: Machine, drawing: Drawing) -> None:
     # below the words of the shafts, in rows, so that none hides another
-    for name, kind, station in attached(machine):
+    hung = attached(machine)
+    for name, kind, station in hung:
         (z, y), lane = drawing.at(station), drawing.lane(station)
         arrow = dict(arrowstyle="-|>", color=COLOURS[3], lw=0.8)
         ax.annotate(
@@ -228,9 +245,11 @@ def _draw_attachments(ax, machine: Machine, drawing: Drawing) -> None:
             arrowprops=arrow,
             zorder=6,
         )
+        if name not in lane.loads:
+            continue
         shafts = (1 + max(lane.shafts.values(), default=-1)) * lane.lines * ROW
         ax.annotate(
-            f"{name} ({kind})",
+            load_words(name, kind, len(hung) > 2 * MOST_ROWS),
             (z, y - lane.down),
             fontsize=SMALL,
             ha="center",
