@@ -40,7 +40,10 @@ class Entry:
 
     @property
     def name(self) -> str:
-        return Path(self.source).stem
+        """Of an experiment that has the name of a study, with a word more."""
+        stem = Path(self.source).stem
+        alike = self.source.startswith(X) and (ROOT / C / f"{stem}.toml").exists()
+        return f"{stem}_experiment" if alike else stem
 
     def line(self) -> str:
         if self.source.startswith("configs/"):
