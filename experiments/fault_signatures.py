@@ -50,7 +50,14 @@ def held(parts: dict, eccentricity: float, mass: float) -> jr.Machine:
 
 def settled(machine: jr.Machine, turns: int, per_turn: int, drop: int) -> jr.Response:
     """A whole number of turns after the first `drop`."""
-    run = jr.simulate(machine, (turns + drop) * TURN, per_turn / TURN, "undeformed", rtol=1e-7)
+    run = jr.simulate(
+        machine,
+        (turns + drop) * TURN,
+        per_turn / TURN,
+        "undeformed",
+        solver=jr.integrators.Rosenbrock(),
+        rtol=1e-7,
+    )
     return run
 
 
