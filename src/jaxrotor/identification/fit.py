@@ -100,19 +100,19 @@ def _promised(slope: Array, curvature: Array) -> np.ndarray:
 def _looked_at(problem: Problem, u: Array, least: np.ndarray, data) -> tuple[Any, Any]:
     """Records and their slopes at `u`. A lone search whose cost would rise there takes the step back and
     never uses the slopes: they are spared, for each costs as much as a simulation."""
-    alone = len(u) == 1 and np.isfinite(least[0])
+    if not (len(u) == 1 and np.isfinite(least[0])):
+        return records_and_slopes(problem.simulated, u)
     along = slopes_come_along(problem.simulated)
-    if alone and not along:
-        found = records(problem.simulated, u[0])
-        own = jax.tree.map(lambda x: x[0], data)
-        if not _cost(with_data(problem, own), u[0], found) < least[0]:
-            found = tuple(x[None] for x in found)
-            return found, tuple(jnp.zeros((*x.shape, u.shape[1])) for x in found)
-    found, slopes = records_and_slopes(problem.simulated, u)
-    if alone and along:
-        own = with_data(problem, jax.tree.map(lambda x: x[0], data))
-        if not _cost(own, u[0], tuple(x[0] for x in found)) < least[0]:
-            slopes_were_spare(problem.simulated)
+    if along:
+        found, slopes = records_and_slopes(problem.simulated, u)
+    else:
+        found = tuple(x[None] for x in records(problem.simulated, u[0]))
+        slopes = tuple(jnp.zeros((*x.shape, u.shape[1])) for x in found)
+    own = with_data(problem, jax.tree.map(lambda x: x[0], data))
+    if _cost(own, u[0], tuple(x[0] for x in found)) < least[0]:
+        return (found, slopes) if along else records_and_slopes(problem.simulated, u)
+    if along:
+        slopes_were_spare(problem.simulated)
     return found, slopes
 
 
