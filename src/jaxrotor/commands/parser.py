@@ -23,21 +23,29 @@ def _writes(command: argparse.ArgumentParser, name: str, quiet: str) -> None:
     command.add_argument("--force", action="store_true", help="write into a folder in use")
 
 
+def _added(commands: Any, name: str, words: str, epilog: str | None = None) -> Any:
+    """A command, told in the same words in the list and on its own page."""
+    return commands.add_parser(
+        name,
+        help=words,
+        description=f"{words[0].upper()}{words[1:]}.",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
 def parser() -> argparse.ArgumentParser:
-    raw = argparse.RawDescriptionHelpFormatter
     top = argparse.ArgumentParser(
         prog="jaxrotor",
         description=help_texts.ABOUT,
         epilog=help_texts.EXAMPLES,
-        formatter_class=raw,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action="store_true", help="print the version and stop")
     commands = top.add_subparsers(dest="command", metavar="COMMAND")
 
     def command(name: str, words: str) -> argparse.ArgumentParser:
-        sub = commands.add_parser(
-            name, help=words, description=f"{words[0].upper()}{words[1:]}.", formatter_class=raw
-        )
+        sub = _added(commands, name, words)
         what = _TAKES.get(name, ("STUDY", "a study file (.toml)"))
         sub.add_argument("study", metavar=what[0], type=Path, help=what[1])
         return sub
@@ -154,12 +162,11 @@ def parser() -> argparse.ArgumentParser:
     many.add_argument(
         "--force", action="store_true", help="write into a folder in use, over a stopped sweep too"
     )
-    record = commands.add_parser(
+    record = _added(
+        commands,
         "record",
-        help="show what a file of measured data holds, or write a record file for it",
-        description="Show what a file of measured data holds, or write a record file for it.",
-        epilog=help_texts.RECORD,
-        formatter_class=raw,
+        "show what a file of measured data holds, or write a record file for it",
+        help_texts.RECORD,
     )
     record.add_argument("file", metavar="FILE", type=Path, help="a file of data, or a record file")
     record.add_argument(
@@ -187,13 +194,8 @@ def parser() -> argparse.ArgumentParser:
 
 def _add_helpers(commands: Any) -> None:
     """What helps to write studies, and runs none."""
-    raw = argparse.RawDescriptionHelpFormatter
-    new = commands.add_parser(
-        "new",
-        help="write a study to begin with: commented, it runs as it is",
-        description="Write a study to begin with: commented, it runs as it is.",
-        epilog=help_texts.NEW,
-        formatter_class=raw,
+    new = _added(
+        commands, "new", "write a study to begin with: commented, it runs as it is", help_texts.NEW
     )
     new.add_argument("template", metavar="TEMPLATE", nargs="?", help="which one (see --list)")
     new.add_argument(
@@ -201,19 +203,14 @@ def _add_helpers(commands: Any) -> None:
     )
     new.add_argument("--list", action="store_true", help="say which templates there are")
     new.add_argument("--force", action="store_true", help="write over files that are there")
-    known = commands.add_parser(
-        "schema",
-        help="print the JSON Schema of studies, for editors",
-        description="Print the JSON Schema of studies, for editors.",
-        epilog=help_texts.SCHEMA,
-        formatter_class=raw,
+    known = _added(
+        commands, "schema", "print the JSON Schema of studies, for editors", help_texts.SCHEMA
     )
     known.add_argument("--out", metavar="FILE", type=Path, help="file (default: printed)")
-    shell = commands.add_parser(
+    shell = _added(
+        commands,
         "completion",
-        help="print a script by which a shell completes commands, options and files",
-        description="Print a script by which a shell completes commands, options and files.",
-        epilog=help_texts.COMPLETION,
-        formatter_class=raw,
+        "print a script by which a shell completes commands, options and files",
+        help_texts.COMPLETION,
     )
     shell.add_argument("shell", choices=("bash", "zsh", "fish"), help="which shell")
