@@ -26,6 +26,7 @@ from .elements.rotors.rotor import Rotor as Rotor, Imperfection as Imperfection
 from .elements.rotors.body import RigidBody as RigidBody
 from .elements.rotors.node import Node as Node
 from .elements.rotors.added_inertia import AddedInertia as AddedInertia
+from .elements.rotors.point_unbalance import PointUnbalance as PointUnbalance
 from .elements.rotors.unbalance import Unbalance as Unbalance
 
 # shafts
@@ -40,6 +41,7 @@ from .elements.bearings.support import (
     LinearSupport as LinearSupport,
     SpeedDependentSupport as SpeedDependentSupport,
 )
+from .elements.bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .elements.bearings.law_support import LawSupport as LawSupport
 from .elements.bearings.journal import (
     JournalBearing as JournalBearing,
@@ -51,7 +53,10 @@ from .elements.bearings.rub import Rub as Rub
 
 # couplings, gears, dampers
 from .elements.couplings.coupling import Coupling as Coupling, Misalignment as Misalignment
-from .elements.couplings.matrix import ElasticMatrix as ElasticMatrix
+from .elements.couplings.matrix import (
+    ElasticMatrix as ElasticMatrix,
+    DampingMatrix as DampingMatrix,
+)
 from .elements.couplings.joint import UniversalJoint as UniversalJoint
 from .elements.couplings.gear import GearMesh as GearMesh
 from .elements.couplings.clutch import (
@@ -65,6 +70,7 @@ from .elements.drives.prescribed import PrescribedSpin as PrescribedSpin
 from .elements.drives.load import (
     Torque as Torque,
     Force as Force,
+    Moment as Moment,
     SpeedTorque as SpeedTorque,
     FanLoad as FanLoad,
     Brake as Brake,

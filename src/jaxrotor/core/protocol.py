@@ -17,6 +17,8 @@ import abc
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .part import Part
@@ -140,9 +142,12 @@ class Massive(AbstractElement):
     energy, and the books close.
     """
 
+    # False where gravity does not pull on it: what flows through a seal.
+    weighs: ClassVar[bool] = True
+
     @abc.abstractmethod
-    def mass_matrix(self) -> Float[Array, "n n"]:
-        """M, n = 6 for each station; symmetric."""
+    def mass_matrix(self) -> Float[Array, "n n"] | None:
+        """M, n = 6 for each station; symmetric. `None` says that this one carries no inertia."""
 
     @abc.abstractmethod
     def kinetic_energy(self, motions: tuple[Motion, ...]) -> Float[Array, ""]:
@@ -153,6 +158,23 @@ class Massive(AbstractElement):
         self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]
     ) -> Float[Array, ""]:
         """Potential energy in gravity, J; linear in the coordinates."""
+
+
+class Inertial(AbstractElement):
+    """Answers to the acceleration of its first station with a force `-E a` there, E a matrix that may change
+    with the motion: a seal's inertia over the speed, an unbalance stuck on a shaft.
+
+    Of the accelerations, the sixth is that of the spin `w` of `Massive`.
+    """
+
+    # Coordinates that E couples; its other rows and columns are not looked at.
+    answers: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
+
+    @abc.abstractmethod
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
+        """E; `None` says that this one has none."""
 
 
 class Condensable(Massive, Linear, Acting):
@@ -327,3 +349,26 @@ class Signalling(AbstractElement):
 
     # name -> unit; `getattr(element, name)(t, motions, state)` gives the quantity.
     signals: ClassVar[dict[str, str]] = {}
+
+
+def is_massive(element: Any) -> bool:
+    """Whether it is `Massive` and carries inertia; nothing is computed."""
+    return (
+        isinstance(element, Massive)
+        and jax.eval_shape(lambda e: e.mass_matrix(), element) is not None
+    )
+
+
+def is_inertial(element: Any, ends: int) -> bool:
+    """Whether it is `Inertial`, one of `ends` ends, and has an inertia; nothing is computed."""
+    six = jax.ShapeDtypeStruct((6,), jnp.float64)
+    motions, now = ((six, six),) * ends, jax.ShapeDtypeStruct((), jnp.float64)
+    return (
+        isinstance(element, Inertial)
+        and jax.eval_shape(lambda e, t, m: e.inertia(t, m), element, now, motions) is not None
+    )
+
+
+def first_of(stacked: Any) -> Any:
+    """Shapes and options of one of stacked elements."""
+    return jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[:-1], x.dtype), stacked)

@@ -19,6 +19,7 @@ from .bearings.support import (
     LinearSupport as LinearSupport,
     SpeedDependentSupport as SpeedDependentSupport,
 )
+from .bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .control.actuator import Actuator as Actuator
 from .control.controller import (
     PD as PD,
@@ -47,7 +48,7 @@ from .couplings.coupling import (
 )
 from .couplings.gear import GearMesh as GearMesh
 from .couplings.joint import UniversalJoint as UniversalJoint
-from .couplings.matrix import ElasticMatrix as ElasticMatrix
+from .couplings.matrix import ElasticMatrix as ElasticMatrix, DampingMatrix as DampingMatrix
 from .couplings.torsional_damper import TorsionalDamper as TorsionalDamper
 from .drives.engine import EngineTorque as EngineTorque
 from .drives.governor import SpeedGovernor as SpeedGovernor
@@ -56,6 +57,7 @@ from .drives.load import (
     Brake as Brake,
     FanLoad as FanLoad,
     Force as Force,
+    Moment as Moment,
     SpeedTorque as SpeedTorque,
     Torque as Torque,
 )
@@ -73,6 +75,7 @@ from .laws.law import (
 )
 from .laws.tabulated import TabulatedLaw as TabulatedLaw
 from .rotors.added_inertia import AddedInertia as AddedInertia
+from .rotors.point_unbalance import PointUnbalance as PointUnbalance
 from .rotors.body import RigidBody as RigidBody
 from .rotors.node import Node as Node
 from .rotors.rotor import Imperfection as Imperfection, Rotor as Rotor

@@ -1,1 +1,2 @@
+from .coefficients import read_coefficients as read_coefficients
 from .ross import from_ross as from_ross

@@ -5,6 +5,8 @@ from .critical import critical_modes as critical_modes, critical_speeds as criti
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
 from .matrix_equations import lyapunov as lyapunov, riccati as riccati
+from .matched import matched_eigenvalue as matched_eigenvalue, matched_modes as matched_modes
+from .modal_damping import with_modal_damping as with_modal_damping
 from .modes import Mode as Mode, modes as modes
 from .norms import (
     h2_norm as h2_norm,

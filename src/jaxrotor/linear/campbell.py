@@ -1,5 +1,6 @@
 """Natural frequencies over speed, each mode followed through its crossings."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -15,9 +16,11 @@ from ..core.result_text import HERTZ, shows
 from ..core.threads import one_thread
 from ..machine.machine import Machine
 from .condensing import until_within
-from .linearise import check_linearized, models_over_speed
+from .linearise import LinearModel, check_linearized, models_over_speed
 from .lowest_modes import lowest
-from .modes import describe, modes, told_apart
+from .matched import Whirling
+from .modes import describe, named, told_apart
+from .whirling import whirl_dependent
 
 # Modes that come down from above what is followed take part in the matching.
 _MORE = 8
@@ -77,8 +80,9 @@ def campbell(
     progress: bool | None = None,
 ) -> Campbell:
     """The `count` lowest modes of `machine` at `speeds` (rad/s, rising; negative ones turn the other way),
-    followed from speed to speed by how alike their shapes are, not by their order. `progress` shows
-    a bar; by default a terminal gets one where the work lasts.
+    followed from speed to speed by how alike their shapes are, not by their order. Each has the coefficients
+    of its own frequency, where a `WhirlDependentSupport` gives them. `progress` shows a bar; by default a
+    terminal gets one where the work lasts.
 
     Where a mode does not oscillate (overdamped), its entries are NaN. Large machines are reduced (see
     `Machine.reduced`), which raises frequencies by 1e-8 at most; `machine.full()` is not.
@@ -95,30 +99,45 @@ def campbell(
     first, *others = way
 
     def looked_at(machine: Machine):
-        models = models_over_speed(machine, speeds, at)
-        model = models(speeds[first])
-        named, beside = modes(model, count), lowest(models(speeds[others[-1]]), count)[0]
-        missing = len(named) < count
-        highest = np.abs([*(m.eigenvalue for m in named), *beside]).max(initial=0.0)
-        return (models, model, named), np.inf if missing else float(highest)
+        modes_at = _modes_over_speed(machine, speeds, at)
+        model, *found = modes_at(speeds[first], count)
+        there, beside = named(model, *found), modes_at(speeds[others[-1]], count)[1]
+        missing = len(there) < count
+        highest = np.abs([*(m.eigenvalue for m in there), *beside]).max(initial=0.0)
+        return (modes_at, model, there), np.inf if missing else float(highest)
 
     start = float(np.abs(speeds).max())
-    models, model, named = until_within(machine, start, at, looked_at)
-    shapes = np.stack([m.shape for m in named], axis=1) if named else np.zeros((len(model.M), 0))
-    followed = _Followed(np.array([m.eigenvalue for m in named]), shapes)
-    values = np.full((speeds.size, len(named)), np.nan, complex)
-    whirl = np.zeros((speeds.size, len(named)))
-    values[first], whirl[first] = followed.values, [m.whirl for m in named]
+    modes_at, model, seen_first = until_within(machine, start, at, looked_at)
+    shapes = [m.shape for m in seen_first]
+    shapes = np.stack(shapes, axis=1) if shapes else np.zeros((len(model.M), 0))
+    followed = _Followed(np.array([m.eigenvalue for m in seen_first]), shapes)
+    values = np.full((speeds.size, len(seen_first)), np.nan, complex)
+    whirl = np.zeros((speeds.size, len(seen_first)))
+    values[first], whirl[first] = followed.values, [m.whirl for m in seen_first]
     for i in with_bar(others, "Campbell", progress):
-        model = models(speeds[i])
-        found, shapes = lowest(model, count + _MORE)
+        model, found, shapes = modes_at(speeds[i], count + _MORE)
         shapes = told_apart(model, found, shapes)
         followed, seen = _follow(followed, found, shapes, np.asarray(model.M))
         values[i, seen] = followed.values[seen]
         whirl[i, seen] = describe(model, followed.shapes)[1][seen]
-    kinds = tuple(m.kind for m in named)
+    kinds = tuple(m.kind for m in seen_first)
     whirl[:, [k != "lateral" for k in kinds]] = 0.0
-    return Campbell(speeds, values, whirl, tuple(m.name for m in named), kinds)
+    return Campbell(speeds, values, whirl, tuple(m.name for m in seen_first), kinds)
+
+
+def _modes_over_speed(
+    machine: Machine, speeds: np.ndarray, at: Any
+) -> Callable[[float, int], tuple[LinearModel, np.ndarray, np.ndarray]]:
+    """At a speed so many of the lowest modes, as `lowest` gives them, and the model in whose coordinates."""
+    if whirl_dependent(machine):
+        return Whirling(machine, at).modes
+    models = models_over_speed(machine, speeds, at)
+
+    def found(speed: float, count: int) -> tuple[LinearModel, np.ndarray, np.ndarray]:
+        model = models(speed)
+        return model, *lowest(model, count)
+
+    return found
 
 
 class _Followed(NamedTuple):

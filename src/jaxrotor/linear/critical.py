@@ -39,6 +39,7 @@ from .linearise import (
 from .lowest_modes import lowest
 from .modes import STRAIGHT, Mode, describe, named, told_apart
 from .observe import at_coordinates
+from .whirling import refuse_whirl_dependent
 
 Whirl = Literal["forward", "backward"]
 _RANGE = numbers("rad/s", least=0.0, size=2, rising=True)
@@ -126,6 +127,8 @@ def _critical(
     for."""
     check_linearized(at)
     machine.check()
+    if known(order) is None or float(order) != 1.0:
+        refuse_whirl_dependent(machine, "an order other than 1")
     low, high = (0.0, np.inf) if speeds is None else map(float, speeds)
     asked = order, damped, at, low, high, count, whirl
     if stiffness_at is not None:

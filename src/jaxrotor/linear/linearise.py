@@ -245,7 +245,7 @@ def _derivable(machine: Machine, speed, at) -> LinearModel:
 
     B, own = jax.jacfwd(lambda f: (pushed(f),) * 2, has_aux=True)(jnp.zeros(n))
     M = jnp.linalg.inv(B[n : 2 * n])
-    M = 0.5 * (M + M.T)
+    M = M if system.inertial else 0.5 * (M + M.T)
     held = None if isinstance(at, State) else holding(system, own, M)
     A = jax.jacfwd(lambda y: relative_field(zero, y, system, reference, held))(y)
     D = -M @ A[n : 2 * n, n : 2 * n]

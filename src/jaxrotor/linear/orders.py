@@ -33,6 +33,7 @@ from .observe import outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
 from .shafts import driven_station, joined_with
+from .whirling import refuse_whirl_dependent
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
 _TURNS = 2
@@ -125,6 +126,8 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
     machine.check()
     geared = any(isinstance(c, Geared) for c in machine.connectors)
+    if geared or any(order != 1.0 for order in orders):
+        refuse_whirl_dependent(machine, "an order other than the first, or a machine with gears,")
     if shaft is not None and shaft not in machine.wiring.stations:
         raise InputError(f"shaft: {unknown('station', shaft, machine.wiring.stations)}")
     top = known(speeds)

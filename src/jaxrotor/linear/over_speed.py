@@ -128,7 +128,7 @@ class OverSpeed:
         if self.nodes is None or self.tables is None:
             return self(speed, lambda x: (x.at.A, x.at.B))
         A, B, velocity = self.nodes.at(speed, lambda x: (x.at.A, x.at.B, x.at.state.velocity))
-        return self.tables.added_to(A, B, velocity), B
+        return self.tables.added_to(A, B, velocity)
 
 
 def _straight(nodes: Nodes) -> bool:

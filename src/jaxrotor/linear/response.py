@@ -30,6 +30,7 @@ from .observe import Output, outputs_of, sensitivity, watched
 from .poles import beside_poles, beside_poles_numbers, poles_of
 from .resolvent import resolvent
 from .steady import steady
+from .whirling import whirl_dependent, with_whirl
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -98,9 +99,17 @@ def frequency_response(
     labels = coordinate_order(machine)[3]
     found = outputs_of(machine, labels, outputs)
     columns = np.array([row_of(labels, i) for i in inputs])
-    model, C = observed(machine, found, speed, at)
-    responses = _responses if traced(model, C, frequencies) else _responses_numbers
-    values = responses(model, C, columns, frequencies, POWER[kind])
+
+    def responses(machine: Machine, frequencies: Array) -> Array:
+        model, C = observed(machine, found, speed, at)
+        each = _responses if traced(model, C, frequencies) else _responses_numbers
+        return each(model, C, columns, frequencies, POWER[kind])
+
+    if whirl_dependent(machine):
+        along = [responses(with_whirl(machine, w), w[None]) for w in frequencies]
+        values = jnp.concatenate(along)
+    else:
+        values = responses(machine, frequencies)
     _warn_unbounded(values, frequencies, outputs, inputs)
     return FrequencyResponse(
         frequencies, values, outputs, inputs, kind, tuple(o.unit for o in found)

@@ -36,7 +36,7 @@ def steady(
     if isinstance(at, State):  # whose own accelerations count
         y = flat_state(prepared, at, speed)
         found = instant(prepared, y, speed)
-        return Steady(found, y, _mass(found, n), np.zeros(n))
+        return Steady(found, y, _mass(found, prepared), np.zeros(n))
     if known is not None:
         start, found = known
     else:
@@ -45,17 +45,19 @@ def steady(
     y = start
     if at == "equilibrium" and known is None and len(y):
         y, found = _balanced(prepared, start, speed, found)
-    M = _mass(found, n)
+    M = _mass(found, prepared)
     held = -M @ found.rates[n : 2 * n]
     if np.any(held) or np.any(y != start):
         found = instant(prepared, y, speed, held)
-        M = _mass(found, n)
+        M = _mass(found, prepared)
     return Steady(found, y, M, held)
 
 
-def _mass(found: Instant, n: int) -> np.ndarray:
+def _mass(found: Instant, prepared: Prepared) -> np.ndarray:
+    n = n_free(prepared.system)
     M = np.linalg.inv(found.B[n : 2 * n])
-    return 0.5 * (M + M.T)
+    # coefficients of a seal need not be symmetric
+    return M if prepared.system.inertial else 0.5 * (M + M.T)
 
 
 def _balanced(

@@ -10,9 +10,11 @@ import numpy as np
 from ..core.kinematics import COORDINATES
 from ..core.quick import quickly_compiled
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
 from .coordinates import coordinate_order
 from .steady import Steady
+from .whirling import at_whirl
 
 
 class Tables(NamedTuple):
@@ -21,7 +23,7 @@ class Tables(NamedTuple):
     held; `turning`: the station whose speed its table is over."""
 
     rest: Machine
-    parts: tuple[SpeedDependentSupport, ...]
+    parts: tuple[SpeedDependentSupport | WhirlDependentSupport, ...]
     places: np.ndarray
     turning: np.ndarray
 
@@ -30,18 +32,28 @@ class Tables(NamedTuple):
         """Whether one answers to the spin itself, with a force on what lies straight."""
         return any(np.any(np.asarray(part.damping)[..., 5]) for part in self.parts)
 
+    def at_whirl(self, frequency: float) -> "Tables":
+        """With coefficients of the parts that depend on it at a whirl frequency, rad/s."""
+        return self._replace(parts=tuple(at_whirl(part, frequency) for part in self.parts))
+
     def added(self, found: Steady) -> Steady:
         """To what is found of `rest` where it lies straight."""
-        pull = found.at.pull.copy()
-        A = self.added_to(found.at.A, found.at.B, found.at.state.velocity, pull)
-        return found._replace(at=found.at._replace(A=A, pull=pull))
+        pull, M = found.at.pull.copy(), found.M.copy()
+        A, B = self.added_to(found.at.A, found.at.B, found.at.state.velocity, pull, M)
+        return found._replace(at=found.at._replace(A=A, B=B, pull=pull), M=M)
 
     def added_to(
-        self, A: np.ndarray, B: np.ndarray, velocity: Any, pull: np.ndarray | None = None
-    ) -> np.ndarray:
-        """A of the whole; `velocity` of the stations, (m, 6). To `pull` it is added in place."""
+        self,
+        A: np.ndarray,
+        B: np.ndarray,
+        velocity: Any,
+        pull: np.ndarray | None = None,
+        M: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A and B of the whole; `velocity` of the stations, (m, 6). `pull` and `M` are changed in place."""
         n, A = B.shape[1], A.copy()
         spins = np.asarray(velocity)[self.turning, 5]
+        inertia = np.zeros((n, n))
         for place, slopes in zip(self.places, _slopes(self.parts, jax.device_put(spins))):
             free = np.flatnonzero(place >= 0)
             rows = place[free]
@@ -50,7 +62,17 @@ class Tables(NamedTuple):
                 A[:, begin + rows] += B[:, rows] @ forces
                 if pull is not None:
                     pull[np.ix_(rows, begin + rows)] += forces
-        return A
+            inertia[np.ix_(rows, rows)] -= np.asarray(slopes)[2][np.ix_(free, free)]
+        if not np.any(inertia):
+            return A, B
+        if M is not None:
+            M += inertia
+        # the force -E a, a = (I + B E)^-1 (A x + B F) in the rows of accelerations
+        moving = np.flatnonzero(inertia.any(0) | inertia.any(1))
+        E, fast = inertia[np.ix_(moving, moving)], n + moving
+        share = E @ np.linalg.inv(np.eye(len(moving)) + B[np.ix_(fast, moving)] @ E)
+        back = B[:, moving] @ share
+        return A - back @ A[fast], B - back @ B[fast]
 
 
 def tables_of(machine: Machine) -> Tables | None:
@@ -60,7 +82,7 @@ def tables_of(machine: Machine) -> Tables | None:
     nothing = LinearSupport(jnp.zeros(6), jnp.zeros(6))
     names, places, turning = [], [], []
     for name, ends in zip(wiring.connectors, wiring.ends):
-        if type(elements[name]) is not SpeedDependentSupport:
+        if type(elements[name]) not in (SpeedDependentSupport, WhirlDependentSupport):
             continue
         (station, port), *others = ends
         if port or others:
@@ -77,14 +99,17 @@ def tables_of(machine: Machine) -> Tables | None:
 
 
 @quickly_compiled
-def _slopes(parts: tuple[SpeedDependentSupport, ...], spins: Any) -> list[Any]:
-    """Of each, how its forces change with its deflection and with its velocity: (2, 6, 6)."""
+def _slopes(parts: tuple[Any, ...], spins: Any) -> list[Any]:
+    """Of each, how its forces change with its deflection, its velocity and its acceleration: (3, 6, 6)."""
 
-    def of(part: SpeedDependentSupport, spin: Any) -> Any:
+    def of(part: Any, spin: Any) -> Any:
         def force(motion: Any) -> Any:
             return part.forces(jnp.zeros(()), (tuple(motion),), None)[0]
 
         there = jnp.zeros((2, 6)).at[1, 5].set(spin)
-        return jnp.moveaxis(jax.jacfwd(force)(there), 1, 0)
+        slopes = jnp.moveaxis(jax.jacfwd(force)(there), 1, 0)
+        inertia = part.inertia(jnp.zeros(()), (tuple(there),))
+        inertia = jnp.zeros((6, 6)) if inertia is None else inertia
+        return jnp.concatenate([slopes, -inertia[None]])
 
     return [of(part, spin) for part, spin in zip(parts, spins)]

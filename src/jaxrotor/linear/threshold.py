@@ -15,6 +15,7 @@ from ..core.gate import takes
 from ..machine.machine import Machine
 from .eigen import eigensystem
 from .linearise import linearize
+from .whirling import refuse_whirl_dependent
 
 
 @takes(start=number("rad/s"), stop=number("rad/s"), points=whole(2))
@@ -27,6 +28,7 @@ def stability_threshold(
     every parameter are exact. Raises `InputError` where the machine stays stable (or is unstable at `start`).
     """
     machine.check()
+    refuse_whirl_dependent(machine, "stability_threshold")
     numbers("rad/s", size=2, rising=True)([start, stop], "start and stop")
     speeds = np.linspace(start, stop, points)
     still = jax.tree.map(jax.lax.stop_gradient, machine)

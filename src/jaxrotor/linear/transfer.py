@@ -17,6 +17,7 @@ from .observe import outputs_of
 from .peak import stationary
 from .response import as_complex, observed, solve
 from .torsion import torsional
+from .whirling import refuse_whirl_dependent
 
 _SPARE = 2  # peaks refined beyond those asked for: which are the highest is known only then
 _SHARP = 32  # eigenvalues, the least damped ones, beside which the scan looks closer
@@ -49,6 +50,7 @@ def transfer(
         )
     check_linearized(at)
     machine.check()
+    refuse_whirl_dependent(machine, "a model with inputs and outputs")
     outputs = outputs_of(machine, coordinate_order(machine)[3], (output,))
     model, C = observed(machine, outputs, speed, at)
     if torsion:

@@ -13,7 +13,7 @@ from .coupled import Coupled, solve_coupled
 from .picked import picked
 from .ports import shift_of, spread
 from .seen import seen
-from .system import Reference, System
+from .system import Actor, Reference, System
 
 
 def _given(t, group, system: System, reference: Reference) -> Array | None:
@@ -66,7 +66,8 @@ def mobilise(
 
 
 def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Reference) -> Coupled:
-    """What shafts with mass make of the accelerations `a` (`mobility` as from `mobilise`)."""
+    """What shafts with mass, and what answers to accelerations, make of the accelerations `a` (`mobility` as
+    from `mobilise`)."""
     layout, mass = system.layout, system.mass
     assert mass is not None
     N, V, force = nodes
@@ -99,7 +100,15 @@ def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Refere
         still = jnp.zeros_like(v)
         drift = jax.jvp(lambda q, v: jax.jvp(place, (q,), (v,))[1], (q, v), (v, still))[1]
         maps = J, drift
-    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, maps)
+    inertia = None
+    if system.inertial:
+        inertia = jnp.concatenate([_inertia(t, e, full(N), full(V)) for e in system.inertial], -1)
+    return solve_coupled(mass, full(N), full(V), full(force), fixed, a, mobility, maps, inertia)
+
+
+def _inertia(t, actor: Actor, N: Array, V: Array) -> Float[Array, "6 6 members"]:
+    motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
+    return jax.vmap(lambda e, m: e.inertia(t, m), in_axes=-1, out_axes=-1)(actor.element, motions)
 
 
 def coupled_reaction(

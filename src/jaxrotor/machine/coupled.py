@@ -27,14 +27,16 @@ def _spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, A
 
 class Coupled(eqx.Module):
     """Accelerations of all stations (6, n_mass), and the inertia force of the shafts on each node
-    (6, n) and on each of the `owners` (6, owners)."""
+    (6, n) and on each of the `owners` (6, owners). `answer`: the forces of what is `Inertial`, (6, members),
+    the sixth conjugate to the spin; they count among the inertia forces."""
 
     acceleration: Array
     inertia_force: Array
     on_owners: Array
+    answer: Array | None
 
 
-def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupled:
+def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps, inertia=None) -> Coupled:
     """**Arguments:**
 
     - `q`, `v`, `Q`, `given`: of all nodes (6, n): coordinates, rates, generalized forces (weight of
@@ -43,6 +45,7 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     - `mobility`: (6, 6, owners), their acceleration per unit force.
     - `maps`: how the coordinates of `mass.nodes` follow those of their stations: J (6, 6, nodes), and
       J's rate times v (6, nodes); `None` where they are the same.
+    - `inertia`: (6, 6, members) of what is `Inertial`.
     """
     n, n_mass = q.shape[1], a.shape[1]
     cos = jnp.cos(q[4])
@@ -59,8 +62,8 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     force = jnp.stack([force[0], force[1], force[2], *on_tilts, Q[5]])
     at_rest = _of(mass.given, hat_acceleration(given))
     right = _of(mass.carried, force) - mass.carried_given @ at_rest
-    # unknown: accelerations of the owners, and the moments that hold phi where psi is free
-    k, owners, bound = (np.array(x, int) for x in (mass.nodes, mass.owners, mass.bound))
+    # unknown: accelerations of the owners, and forces that accelerations decide (`_Links`)
+    k, owners = (np.array(x, int) for x in (mass.nodes, mass.owners))
     touch = _Touch.of(mass, b, d, maps)
     extra = jnp.zeros((6, len(k))) if maps is None else maps[1]
     extra = with_last(extra, touch.turned(extra) + picked(convective, k)).T.ravel()
@@ -78,24 +81,24 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     reduced = touch.on_owners(touch.on_owners(mass.condensed).T)
     alone = picked(a, owners).T.ravel() - moved_by(touch.on_owners(pull) + turning)
     matrix, unknown = np.eye(size) + moved_by(reduced), alone
-    D = passed = None
-    if len(bound):
-        D, held = _holding(mass, n, b, d, convective, given)
-        passed = touch.on_owners(mass.passed_on)
-        upper = jnp.concatenate([matrix, moved_by(_times(passed, D.T))], axis=1)
-        lower = jnp.concatenate(
-            [-_times(passed, D.T).T, _times(_times(mass.inverse, D.T).T, D.T)], axis=1
-        )
+    links, push = _links(mass, n, b, d, convective, given, inertia, at_rest), None
+    if links is not None:
+        push = _times(touch.on_owners(mass.passed_on), links.on_carried.T)
+        there = links.on_carried @ (mass.inverse @ right - extra @ mass.passed_on)
+        if links.on_nodes is not None:
+            push = push - touch.on_owners(links.on_nodes.T)
+            there = there + links.on_nodes @ extra
+        carried = _times(_times(mass.inverse, links.on_carried.T).T, links.on_carried.T)
+        upper = jnp.concatenate([matrix, moved_by(push)], axis=1)
+        lower = jnp.concatenate([links.by(-push.T), links.own + links.by(carried)], axis=1)
         matrix = jnp.concatenate([upper, lower])
-        held = held - D @ (mass.inverse @ right - extra @ mass.passed_on)
-        unknown = jnp.concatenate([alone, held])
+        unknown = jnp.concatenate([alone, links.right - links.by(there)])
     if unknown.size:
         unknown = solution(matrix, unknown)
-    moved = unknown[: alone.size]
+    moved, forces = unknown[: alone.size], unknown[alone.size :]
     on_owners = -(touch.on_owners(pull) + turning + reduced @ moved)
-    if D is not None and passed is not None:
-        moments = unknown[alone.size :] @ D
-        right, on_owners = right + moments, on_owners - passed @ moments
+    if links is not None:
+        right, on_owners = right + forces @ links.on_carried, on_owners - push @ forces
     at_nodes = touch.at_nodes(moved) + extra
     at_carried = mass.inverse @ right - at_nodes @ mass.passed_on
     a = _placed(a, moved.reshape(-1, 6).T, owners)
@@ -112,10 +115,18 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps) -> Coupl
     whole = jnp.where(free, spins, whole)
     carried = sorted({i % n for i in mass.carried} | {i % n for i in mass.given if i % n < n_mass})
     a = jnp.where(np.isin(np.arange(n_mass), carried), whole[:, :n_mass], a)
-    inertia = (mass.mass @ hat_acceleration(whole).ravel()).reshape(6, n)
-    on_tilts = [inertia[3] + b * inertia[5], inertia[4] + d * inertia[5]]
-    inertia = jnp.stack([*inertia[:3], *on_tilts, inertia[5]]) + gyro
-    return Coupled(a, inertia, on_owners.reshape(-1, 6).T)
+    felt = (mass.mass @ hat_acceleration(whole).ravel()).reshape(6, n)
+    on_tilts = [felt[3] + b * felt[5], felt[4] + d * felt[5]]
+    felt = jnp.stack([*felt[:3], *on_tilts, felt[5]]) + gyro
+    answer = None
+    if mass.answering:
+        member, coordinate, node = np.array(mass.answering, int).T
+        own = forces[len(mass.bound) :]
+        answer = _spread(own, coordinate, member)
+        on = _spread(own, coordinate, node, n)
+        tilts = [on[3] + b * on[5], on[4] + d * on[5]]
+        felt = felt - jnp.stack([*on[:3], *tilts, on[5]])
+    return Coupled(a, felt, on_owners.reshape(-1, 6).T, answer)
 
 
 class _Touch(NamedTuple):
@@ -160,6 +171,58 @@ class _Touch(NamedTuple):
         if self.J is not None:
             x = jnp.einsum("ijk,jk->ik", self.J, x)
         return with_last(x, self.turned(x)).T.ravel()
+
+
+class _Links(NamedTuple):
+    """Forces f that accelerations decide, `own f + by(a) = right`: where they act and a is, among carried
+    coordinates, (u, c), and those of nodes, (u, 6 nodes); `None` where they act on no node."""
+
+    on_carried: Array
+    on_nodes: np.ndarray | None
+    own: Any
+    answers: Array | None
+    right: Array
+
+    def by(self, a: Array) -> Array:
+        """What the accelerations (u, ...) of these places call for."""
+        if self.answers is None:
+            return a
+        held = a.shape[0] - self.answers.shape[0]
+        answered = self.answers @ a[held:]
+        return jnp.concatenate([a[:held], answered]) if held else answered
+
+
+def _links(mass: CoupledMass, n: int, b, d, convective, given, inertia, at_rest) -> _Links | None:
+    """Moments that hold phi where a tilt is free, then forces of what is `Inertial`."""
+    held = _holding(mass, n, b, d, convective, given) if mass.bound else None
+    if not mass.answering:
+        return None if held is None else _Links(held[0], None, np.zeros((1, 1)), None, held[1])
+    member, coordinate, node = np.array(mass.answering, int).T
+    place = coordinate * n + node
+    on_carried: Any = (place[:, None] == np.array(mass.carried, int)).astype(float)
+    k = np.array(mass.nodes, int)
+    on_nodes = (node[:, None, None] == k[:, None]) & (coordinate[:, None, None] == np.arange(6))
+    on_nodes = on_nodes.astype(float).reshape(place.size, 6 * k.size)
+    # E of each member, row by row, on its own places
+    rows = picked(inertia.transpose(1, 2, 0).reshape(6, -1), 6 * member + coordinate)
+    same = (member[:, None] == member).astype(float)
+    answers = (rows.T @ (np.arange(6)[:, None] == coordinate).astype(float)) * same
+    still = (place[:, None] == np.array(mass.given, int)).astype(float) @ at_rest
+    own, right = np.eye(place.size), -answers @ still
+    if held is not None:
+        zero = np.zeros((len(held[1]), place.size))
+        own = np.block([[np.zeros((len(held[1]),) * 2), zero], [zero.T, own]])
+        on_carried = jnp.concatenate([held[0], on_carried])
+        on_nodes = np.concatenate([np.zeros((len(held[1]), on_nodes.shape[1])), on_nodes])
+        right = jnp.concatenate([held[1], right])
+    return _Links(on_carried, on_nodes if k.size else None, own, answers, right)
+
+
+def _spread(values: Array, row: np.ndarray, column: np.ndarray, count: int = 0) -> Array:
+    """Values in a table (6, count) of zeros, added where they fall together."""
+    count = count or int(column.max()) + 1
+    into = ((row * count + column)[:, None] == np.arange(6 * count)).astype(float)
+    return (values @ into).reshape(6, count)
 
 
 def _holding(mass: CoupledMass, n: int, b, d, convective, given) -> tuple[Array, Array]:

@@ -16,8 +16,8 @@ from ..core.protocol import (
     Carrying,
     Linear,
     Lumping,
-    Massive,
     Stateful,
+    is_massive,
 )
 from ..core.quick import quickly_compiled
 from .built import Built
@@ -42,7 +42,7 @@ def check_carried(lineup: Lineup) -> None:
     """A station without inertia of its own needs a shaft with mass beside it."""
     wiring, member, massive = lineup.wiring, 0, set()
     for block in lineup.connectors:
-        if isinstance(block.element, Massive):
+        if is_massive(block.one()):
             massive |= {s for k in range(len(block)) for s, _ in wiring.ends[member + k]}
         member += len(block)
     member = 0
@@ -69,11 +69,11 @@ def massless(machine: Built) -> Iterator[str]:
         beside = [
             (c, [s for s, _ in ends].index(k))
             for c, ends in zip(machine.connectors, wiring.ends)
-            if isinstance(c, Massive | Carrying) and any(s == k for s, _ in ends)
+            if (isinstance(c, Carrying) or is_massive(c)) and any(s == k for s, _ in ends)
         ]
         if any(isinstance(c, Carrying) for c, _ in beside):
             continue
-        inertia = _inertia(station, [(c, end) for c, end in beside if isinstance(c, Massive)])
+        inertia = _inertia(station, [(c, end) for c, end in beside if is_massive(c)])
         if inertia is None:
             continue
         inertia = known(inertia)
@@ -103,7 +103,7 @@ def _acts_at(element: AbstractElement, given: int) -> int | str:
         size = jax.eval_shape(lambda e: e.matrices(), element)[0].shape[0] // 6
         if size != given:
             return size
-    if isinstance(element, Massive):
+    if is_massive(element):
         size = jax.eval_shape(lambda e: e.mass_matrix(), element).shape[0] // 6
         if size != given:
             return size

@@ -43,7 +43,7 @@ class Evaluation(NamedTuple):
     others. `nodes`: (q, v) of every node. The sixth coordinate is chi, as force laws see it (`angles` has
     phi), but in the paper's machines. `reaction`: generalized constraint forces ON each station. `loads`: all
     others ON each station with mass, its weight among them. `states`: internal ones; `rates`: their
-    derivatives.
+    derivatives. `answer`: as of `Coupled`.
     """
 
     q: Array
@@ -54,6 +54,7 @@ class Evaluation(NamedTuple):
     reaction: Array
     states: Array
     rates: Array
+    answer: Array | None
 
     def angles(self, invariant: bool) -> tuple[Array, Array, Array]:
         """`q`, `v`, `a` with phi; `invariant`: the layout's."""
@@ -269,7 +270,7 @@ def _evaluate(
     on_stations = Q[:, :n]
     if pull is not None:
         on_stations = pull(Q[:, :m])
-    inertia = None
+    inertia = answer = None
     if system.mass is None:
         a, reaction, loads = accelerate(t, q, v, on_stations, system, reference)
     else:
@@ -277,7 +278,7 @@ def _evaluate(
         a, reaction, loads = free
         given = ag if g and N.shape[1] > m else jnp.zeros((6, 0))
         coupled = couple(t, q, v, (N, V, Q), a, mobility, given, system, reference)
-        a, inertia = coupled.acceleration, coupled.inertia_force
+        a, inertia, answer = coupled.acceleration, coupled.inertia_force, coupled.answer
         if outputs:
             reaction = coupled_reaction(t, q, v, on_stations, coupled, reaction, system, reference)
     rates = _rates(t, N, V, a, q, v, z, system, reference)
@@ -292,7 +293,7 @@ def _evaluate(
         a = jnp.concatenate([a, system.condensed.followers(A)], axis=1)
         reaction = jnp.pad(reaction, ((0, 0), (0, layout.n_followers)))
         N, V = at_nodes
-    return Evaluation(q, v, a, (N, V), loads, reaction, z, rates)
+    return Evaluation(q, v, a, (N, V), loads, reaction, z, rates, answer)
 
 
 def _act(t, actor: Actor, N: Array, V: Array, z: Array):

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.protocol import Carried, Massive
+from ..core.protocol import Carried, first_of, is_inertial, is_massive
 from .condensed import CondensedMatrices
 from .layout import Layout
 from .placing import placed
@@ -24,7 +24,8 @@ class CoupledMass(eqx.Module):
     `carried`: free coordinates of carried stations. `given`: their held ones, and driven ends.
     `bound`: carried nodes whose turning is held but a tilt is free, so that the spin follows from tilts.
     `nodes`: touched nodes of stations with inertia of their own, `node_owners` their stations;
-    `owners`: each of those stations once.
+    `owners`: each of those stations once. `answering`: (member, coordinate, node) of each force of elements
+    that are `Inertial`, their members counted through.
     """
 
     carried: tuple[int, ...] = eqx.field(static=True)
@@ -33,6 +34,7 @@ class CoupledMass(eqx.Module):
     nodes: tuple[int, ...] = eqx.field(static=True)
     node_owners: tuple[int, ...] = eqx.field(static=True)
     owners: tuple[int, ...] = eqx.field(static=True)
+    answering: tuple[tuple[int, int, int], ...] = eqx.field(static=True)
     touches_ground: bool = eqx.field(static=True)
     invariant: bool = eqx.field(static=True)
     mass: Float[Array, "n n"]
@@ -49,14 +51,16 @@ def assemble_mass(
     layout: Layout, stations, joined, gravity, condensed: CondensedMatrices | None = None
 ) -> CoupledMass | None:
     """`stations`: stacked elements of each group; `joined`: (stacked connector, nodes of each end)."""
-    massive = [(e, nodes) for e, nodes in joined if isinstance(e, Massive)]
+    massive = [(e, nodes) for e, nodes in joined if is_massive(first_of(e))]
     carried = [g for g in layout.stations if g.carried]
-    if not massive and not carried and condensed is None:
+    answering = _answering(joined)
+    if not massive and not carried and not answering and condensed is None:
         return None
     n, m = layout.n_nodes + layout.n_ground, layout.n_nodes
-    parts = [
-        (jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e), at) for e, at in massive
-    ]
+    parts, afloat = [], []
+    for e, at in massive:
+        matrix = jax.vmap(lambda e: e.mass_matrix(), in_axes=-1, out_axes=-1)(e)
+        (parts if e.weighs else afloat).append((matrix, at))
     for group, stacked in zip(layout.stations, stations):
         if group.carried and isinstance(stacked, Carried):
             own = jax.vmap(
@@ -67,11 +71,14 @@ def assemble_mass(
             )(stacked)
             parts.append((own, (tuple(range(group.start, group.stop)),)))
     touched = {k for _, nodes in massive for end in nodes for k in end}
+    touched |= {node for _, _, node in answering}
     if condensed is not None:
         parts.append((condensed.M[..., None], condensed.ends))
         touched |= {*condensed.shafts.nodes}
     M = placed(parts, n)
     weight = jnp.einsum("anbm,b->an", M[:, :, :3], gravity)
+    if afloat:
+        M = M + placed(afloat, n)
     M = M.reshape(6 * n, 6 * n)
 
     is_carried = {k for g in carried for k in range(g.start, g.stop)}
@@ -102,6 +109,7 @@ def assemble_mass(
         own,
         tuple(layout.node_station[k] for k in own),
         tuple(sorted({layout.node_station[k] for k in own})),
+        answering,
         any(k >= m for k in touched),
         layout.invariant,
         M,
@@ -113,3 +121,13 @@ def assemble_mass(
         M[np.ix_(r, r)] - passed_on @ M[np.ix_(c, r)],
         weight,
     )
+
+
+def inertials(joined) -> list:
+    """Those of the groups of elements that are `Inertial`, in the order in which they are counted."""
+    return [(e, nodes) for e, nodes in joined if is_inertial(first_of(e), len(nodes))]
+
+
+def _answering(joined) -> tuple[tuple[int, int, int], ...]:
+    found = [(e, node) for e, nodes in inertials(joined) for node in nodes[0]]
+    return tuple((k, c, node) for k, (e, node) in enumerate(found) for c in e.answers)

@@ -14,7 +14,7 @@ from .condensed import Condensed, CondensedMatrices, condense
 from .layout import Layout, joined, lay_out
 from .lineup import Block, Lineup, line_up, stack
 from .machine import Machine
-from .mass import CoupledMass, assemble_mass
+from .mass import CoupledMass, assemble_mass, inertials
 from .placing import placed
 from .speed_ratios import turning
 
@@ -63,6 +63,8 @@ class System(eqx.Module):
     spin: Float[Array, "n 2"]
     turn: Float[Array, " k"] | None
     mass: CoupledMass | None
+    # elements that answer to accelerations, as `CoupledMass.answering` counts them
+    inertial: tuple[Actor, ...]
     condensed: Condensed | None
 
     def reference(self, t: Float[Array, ""]) -> tuple[Array, Array, Array]:
@@ -191,6 +193,7 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         *matrices,
         turn,
         assemble_mass(layout, groups, whole, machine.gravity, condensed),
+        tuple(Actor(element, nodes, (0, 0)) for element, nodes in inertials(whole)),
         None if condensed is None else condensed.shafts,
     )
 

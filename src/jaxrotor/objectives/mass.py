@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.gate import takes
-from ..core.protocol import AbstractInertia, Carried, Massive
+from ..core.protocol import AbstractInertia, Carried, is_massive
 from ..core.quick import lightly_compiled
 from ..machine.lineup import Block, line_up
 from ..machine.machine import Machine
@@ -43,7 +43,7 @@ def _inertia(machine: Machine, coordinate: int) -> Array:
         if isinstance(block.element, (AbstractInertia, Carried)):
             total += _sum(block, lambda e: e.kinetic_energy(rest, moving))
     for block in lineup.connectors:
-        if isinstance(block.element, Massive):
+        if is_massive(block.one()) and block.element.weighs:
             motions = ((rest, moving),) * len(lineup.wiring.ends[first])
             total += _sum(block, lambda e, motions=motions: e.kinetic_energy(motions))
         first += len(block)

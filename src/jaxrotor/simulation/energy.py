@@ -12,7 +12,15 @@ from ..core.arguments import number, positive
 from ..core.errors import InputError
 from ..core.gate import either, takes
 from ..core.kinematics import from_turning
-from ..core.protocol import AbstractAttachment, Acting, Energetic, Massive, Powered
+from ..core.protocol import (
+    AbstractAttachment,
+    Acting,
+    Energetic,
+    Massive,
+    Powered,
+    first_of,
+    is_massive,
+)
 from ..core.quick import lightly_compiled, traced
 from ..core.result_text import shows
 from ..machine.field import Evaluation, evaluate, watched_field
@@ -128,7 +136,7 @@ def _march(machine: Machine, setup: RunSetup, begun: Begun) -> Float[Array, "nt 
 
     def field(t, y, system):
         dy, ev = watched_field(t, y[:d], system)
-        return jnp.concatenate([dy, jnp.stack(_powers(t, ev, books))])
+        return jnp.concatenate([dy, jnp.stack(_powers(t, ev, system, books))])
 
     return march_through(system, prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
 
@@ -167,7 +175,7 @@ def _each(t, ev: Evaluation, book, method: str):
     )
 
 
-def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
+def _powers(t, ev: Evaluation, system: System, books) -> tuple[Array, Array]:
     """Power put in by drives and loads, and power lost, W."""
     put_in = jnp.sum(ev.reaction * ev.v)
     lost = jnp.zeros(())
@@ -180,7 +188,22 @@ def _powers(t, ev: Evaluation, books) -> tuple[Array, Array]:
             forces = _each(t, ev, book, "forces") or ()
             for nodes, force in zip(book[1], forces):
                 put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
+    if ev.answer is not None:
+        put_in = put_in + _answered(ev, system)
     return put_in, lost
+
+
+def _answered(ev: Evaluation, system: System) -> Array:
+    """Power of what answers to accelerations and keeps no account, W."""
+    total, first = jnp.zeros(()), 0
+    assert ev.answer is not None
+    for actor in system.inertial:
+        nodes = list(actor.nodes[0])
+        force = ev.answer[:, first : first + len(nodes)]
+        if not isinstance(actor.element, Energetic):
+            total += jnp.sum(force * ev.nodes[1][:, nodes])
+        first += len(nodes)
+    return total
 
 
 def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Array]:
@@ -204,7 +227,7 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
         )
     for book in books:
         element, nodes = book[:2]
-        if isinstance(element, Massive):
+        if is_massive(first_of(element)):
             motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
             if invariant:
                 motions = tuple(from_turning(*motion) for motion in motions)

@@ -174,6 +174,7 @@ def _evaluate_all(system: System, t: Array, y: Array) -> Evaluation:
         sort(ev.reaction),
         ev.states,
         ev.rates,
+        ev.answer,
     )
 
 

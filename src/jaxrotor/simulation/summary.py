@@ -11,7 +11,7 @@ from jaxtyping import Array
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
 from ..core.parameter import is_concrete
-from ..core.protocol import AbstractAttachment, AbstractInertia, Acting, Carried, Linear, Massive
+from ..core.protocol import AbstractAttachment, AbstractInertia, Acting, Carried, Linear, is_massive
 from ..core.quick import lightly_compiled, quickly_compiled
 from ..core.readable import amount
 from ..machine.axial import axial_positions, port_offset
@@ -170,7 +170,7 @@ def _inertias(machine: Machine) -> dict[str, Array]:
     names = iter(wiring.connectors)
     for block in lineup.connectors:
         own = [next(names) for _ in range(len(block))]
-        if isinstance(block.element, Massive):
+        if is_massive(block.one()) and block.element.weighs:
             inertias |= dict(zip(own, _each(block, lambda e: e.mass_matrix())))
     return inertias
 

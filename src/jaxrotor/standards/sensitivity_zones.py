@@ -23,6 +23,7 @@ from ..linear.matrix_equations import stable
 from ..linear.observe import outputs_of
 from ..linear.response import as_complex, observed, solve
 from ..linear.transfer import Transfer, met
+from ..linear.whirling import refuse_whirl_dependent
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from .curve import searched, searched_in_program, with_slopes, without_slopes
@@ -84,6 +85,7 @@ def peak_sensitivity(
         )
     check_linearized(at)
     machine.check()
+    refuse_whirl_dependent(machine, "the sensitivity of a loop")
     labels = coordinate_order(machine)[3]
     outputs = outputs_of(machine, labels, (f"{loop}.{signal}",))
     model, C = observed(machine, outputs, speed, at)

@@ -25,6 +25,7 @@ from ..linear.linearise import LinearModel, check_linearized, linearize, oscilla
 from ..linear.modes import STRAIGHT, shares_of, whirl_of
 from ..linear.supports import critical_speed_map
 from ..linear.threshold import root
+from ..linear.whirling import refuse_whirl_dependent
 from ..machine.machine import Machine
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
@@ -215,6 +216,7 @@ def stability_chart(
     """
     check_linearized(at)
     machine.check()
+    refuse_whirl_dependent(machine, "stability_chart")
     machine = left_out(machine, without)
     speed = jnp.asarray(speed, float)
     stations, shares = _places(machine, place)
@@ -377,6 +379,9 @@ def level_two(
     `stability_chart`) with all that stands in the machine, its seals and destabilising parts, is at least
     `least_decrement`. Exact derivatives in
     both modes. Raises `InputError` for another `at`, and for a speed that is not finite."""
+    check_linearized(at)
+    machine.check()
+    refuse_whirl_dependent(machine, "level_two")
     model = linearize(machine, jnp.asarray(speed, float), at)
     loaded = _Loaded(model, jnp.zeros_like(model.A))
     zero = jnp.zeros(())

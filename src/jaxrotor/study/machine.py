@@ -12,12 +12,15 @@ from ..core.protocol import (
     Composite,
 )
 from ..core.units import read, shown
+from ..interop.coefficients import read_coefficients
 from ..machine.machine import Machine
 from .build import FAILED, Context, build_element
 from .constraints import read_fixed, read_prescribed
 from .kinds import find_kind
 from .mistakes import Faults, guess
 
+# Not a class: what a file of coefficients becomes, `read_coefficients` says.
+COEFFICIENTS = "Coefficients"
 _KEYS = (
     "line",
     "attachments",
@@ -148,6 +151,9 @@ class MachineReader:
         cls, element = None, FAILED
         if kind is None:
             self.faults.add(place, 'kind is missing: write kind = "Rotor", "Shaft" or another')
+        elif kind == COEFFICIENTS:
+            element = self._coefficients(place, table)
+            cls = AbstractAttachment if element is FAILED else type(element)
         else:
             cls = find_kind(kind, AbstractElement, place, self.faults, self.folder)
         misplaced = cls is not None and not issubclass(cls, bases)
@@ -156,7 +162,7 @@ class MachineReader:
                 "[[machine.attachments]], with at" if bases[0] is AbstractStation else "the line"
             )
             self.faults.add(place, f'kind "{kind}" does not belong here: give it in {where}')
-        elif cls is not None:
+        elif cls is not None and kind != COEFFICIENTS:
             element = build_element(cls, table, Context(self.faults, place, self.folder))
         if name is not None:
             self.parts[name] = element
@@ -167,6 +173,21 @@ class MachineReader:
                 # of one that could not be built nobody knows how many it makes: any will do
                 inner = range(0) if element is FAILED else range(element.inner)
                 self.stations += [f"{name}.{k + 1}" for k in inner] or [name]
+
+    def _coefficients(self, place: str, table: dict) -> Any:
+        """A support from a file beside the study."""
+        file, units = table.get("file"), table.get("units", {})
+        self.faults.unknown_keys(place, table, ("file", "units"))
+        if not isinstance(file, str):
+            self.faults.add(place, 'file is missing: write file = "seal.csv"')
+        elif not isinstance(units, dict) or not all(isinstance(x, str) for x in units.values()):
+            self.faults.add(place, 'units must be a table of texts: write units = { k = "N/mm" }')
+        else:
+            try:
+                return read_coefficients((self.folder or Path()) / file, units)
+            except InputError as error:
+                self.faults.sentences += [f"`{place}`: {p}" for p in error.problems]
+        return FAILED
 
     def _at(self, place: str, at: Any, key: str = "at") -> Any:
         """A station's name, or two; a port such as `main.mass_centre` counts as its station."""

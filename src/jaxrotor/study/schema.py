@@ -17,6 +17,7 @@ from ..sensors.tracking_filter import TrackingFilter
 from ..sweeps.outputs import OverSpeed, TimeSeries
 from .cases import _METHODS
 from .diagnosis import KINDS as DIAGNOSES
+from .machine import COEFFICIENTS
 from .measures import MEASURES
 from .read_standards import _LIMITS
 from .schema_parts import Definitions, Schema, closed, listed, quantity
@@ -68,12 +69,23 @@ def schema() -> dict[str, Any]:
     }
 
 
+def _coefficients(more: Schema, needed: list[str]) -> Schema:
+    words = (
+        "a support from a table of coefficients beside the study, by its columns' names and units"
+    )
+    units = {"type": "object", "additionalProperties": TEXT}
+    own = {"kind": {"const": COEFFICIENTS}, "file": TEXT, "units": units}
+    return {**closed({**more, **own}, ["kind", "file", *needed]), "description": words}
+
+
 def _machine(parts: Definitions) -> Schema:
     name = {"name": {**TEXT, "description": "without a dot"}}
     at = {"anyOf": [TEXT, NAMES], "description": "the station it acts on; or two"}
     line = parts.kinds((AbstractStation, AbstractConnector), name, ["name"])
     loads = parts.kinds(AbstractAttachment, {**name, "at": at}, ["name", "at"])
     element = parts.kinds(AbstractElement)
+    loads["anyOf"].append(_coefficients({**name, "at": at}, ["name", "at"]))
+    element["anyOf"].append(_coefficients({}, []))
     coordinates: Schema = {"enum": list(COORDINATES)}
     motions = {c: parts.nested(AbstractMotion, _motion(c)) for c in COORDINATES}
     reduced = closed(

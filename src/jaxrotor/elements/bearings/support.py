@@ -1,14 +1,23 @@
 """Springs and dampers to the ground."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
-from ...core.protocol import AbstractAttachment, Energetic, Linear, Motion, Tabulated, Vec6
+from ...core.protocol import (
+    AbstractAttachment,
+    Energetic,
+    Inertial,
+    Linear,
+    Massive,
+    Motion,
+    Tabulated,
+    Vec6,
+)
 from ...profiles.monotone import interpolate, table_faults
 
 # The coordinates (x, y, z, psi, theta, phi) in a mirror upright along the shaft, phi of the table being
@@ -18,13 +27,18 @@ _MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 _AT_REST = 1e-9
 
 
-class LinearSupport(AbstractAttachment, Linear, Energetic):
-    """Holds a station to the ground: the force is `-stiffness (q - offset) - damping v`.
+class LinearSupport(AbstractAttachment, Linear, Massive, Energetic):
+    """Holds a station to the ground: the force is `-stiffness (q - offset) - damping v - mass a`.
 
     Stiffness and damping are six numbers (x, y, z, psi, theta, phi) or a full 6x6, SI. Only the
     symmetric part of the stiffness has a potential; cross-coupling counts as work lost (or fed) in
     the energy audit. `offset`, six numbers (m and rad), is where the support holds the station
     without a force: a bearing or base out of line. Left out it is zero, and costs nothing.
+
+    `mass`: what moves along without weighing on the rotor, the inertia of the fluid in a seal or bearing:
+    six numbers (kg, then kg·m²) or a symmetric 6x6. Its skew part has no energy: a `SpeedDependentSupport`
+    takes any. Source: Childs, Turbomachinery Rotordynamics (1993), ch. 4 (direct added mass of annular
+    seals).
     """
 
     stiffness: Float[Array, "6"] | Float[Array, "6 6"] = parameter(
@@ -38,6 +52,39 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
     offset: Float[Array, "6"] | None = parameter(
         shapes=((6,),), optional=True, default=None, units=("m",) * 3 + ("rad",) * 3
     )
+    mass: Float[Array, "6"] | Float[Array, "6 6"] | None = parameter(
+        shapes=((6,), (6, 6)),
+        optional=True,
+        default=None,
+        units=("kg",) * 3 + ("kg*m^2",) * 3,
+    )
+
+    weighs: ClassVar[bool] = False
+
+    def faults(self) -> Iterator[str]:
+        if self.mass is None:
+            return
+        M = np.diag(self.mass) if self.mass.ndim == 1 else np.asarray(self.mass)
+        if not np.allclose(M, M.T, rtol=1e-12, atol=0.0):
+            yield (
+                "mass must be symmetric, but the matrix given is not: a SpeedDependentSupport takes any "
+                "(two rows alike, for one that does not change with the speed)"
+            )
+        elif np.linalg.eigvalsh(M)[0] < -1e-12 * np.abs(M).max():
+            yield f"mass must not be negative along any line, but is {np.linalg.eigvalsh(M)[0]:g}"
+
+    def mass_matrix(self) -> Float[Array, "6 6"] | None:
+        return None if self.mass is None else _matrix(self.mass)
+
+    def kinetic_energy(self, motions: tuple[Motion, ...]) -> Array:
+        if self.mass is None:
+            return jnp.zeros(())
+        ((q, v),) = motions
+        v = v.at[5].add(v[3] * jnp.sin(q[4]))
+        return 0.5 * (jnp.sum(self.mass * v**2) if self.mass.ndim == 1 else v @ self.mass @ v)
+
+    def height_energy(self, motions: tuple[Motion, ...], gravity: Float[Array, "3"]) -> Array:
+        return jnp.zeros(())
 
     def matrices(self) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
         return _matrix(self.stiffness), _matrix(self.damping)
@@ -62,16 +109,17 @@ class LinearSupport(AbstractAttachment, Linear, Energetic):
         return q if self.offset is None else q - self.offset
 
 
-class SpeedDependentSupport(AbstractAttachment, Tabulated):
+class SpeedDependentSupport(AbstractAttachment, Tabulated, Inertial):
     """Holds a station to the ground with coefficients that depend on a speed: a fluid bearing.
 
     Attached to a station, it goes by that station's speed; attached to `(station, rotor)`, by the speed of
     the second, on which it does not act: a pedestal does not turn, but its table is over the rotor's speed.
 
-    The force is `-K(|phi'|) q - C(|phi'|) v`. `speeds` (rad/s) are zero or positive and increase;
-    `stiffness` and `damping` have a row for each, of six numbers (x, y, z, psi, theta, phi) or a
-    full 6x6, SI. Each entry follows a monotone cubic over the speed, constant outside the table; a run that
-    leaves the table says so.
+    The force is `-K(|phi'|) q - C(|phi'|) v - M(|phi'|) a`. `speeds` (rad/s) are zero or positive and
+    increase; `stiffness`, `damping` and `mass` (none, where it is left out) have a row for each, of six
+    numbers (x, y, z, psi, theta, phi) or a full 6x6, SI; `mass` neither weighs on the rotor nor turns with
+    it, so that its rows of phi are zero. Each entry follows a monotone cubic over the speed, constant
+    outside the table; a run that leaves the table says so.
 
     A table is that of a shaft turning towards +phi. Turning the other way it is seen in a mirror that stands
     upright along the shaft (x, theta and phi become -x, -theta and -phi): `k_xy` and `k_yx` change their
@@ -89,13 +137,21 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
     damping: Float[Array, "n 6"] | Float[Array, "n 6 6"] = parameter(
         shapes=((None, 6), (None, 6, 6)), label="N*s/m and N*m*s/rad"
     )
+    mass: Float[Array, "n 6"] | Float[Array, "n 6 6"] | None = parameter(
+        shapes=((None, 6), (None, 6, 6)), optional=True, default=None, label="kg and kg*m^2"
+    )
 
     def faults(self) -> Iterator[str]:
-        for name in ("stiffness", "damping"):
-            found = list(table_faults(self.speeds, getattr(self, name), ("speeds", name), "rad/s"))
+        for name in ("stiffness", "damping", "mass"):
+            table = getattr(self, name)
+            if table is None:
+                continue
+            found = list(table_faults(self.speeds, table, ("speeds", name), "rad/s"))
             yield from found
             if found:
                 return
+        if self.mass is not None and (np.any(self.mass[..., 5]) or np.any(self.mass[:, 5])):
+            yield "mass must be zero for phi, which the support does not turn with"
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
@@ -111,10 +167,23 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated):
         k, c = (
             x.reshape(shape.shape[1:]) for x, shape in zip(both, (self.stiffness, self.damping))
         )
-        # at rest the sign of a speed is that of its rounding
-        seen = jnp.where(turning < -_AT_REST * self.speeds[-1], _MIRROR, 1.0)
+        seen = self._seen(turning)
         force = -seen * (_matrix(k) @ (seen * q) + _matrix(c) @ (seen * v))
         return (force, *(jnp.zeros(6) for _ in motions[1:2]))
+
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
+        if self.mass is None:
+            return None
+        turning = motions[-1][1][5]
+        seen = self._seen(turning)
+        found = _matrix(interpolate(self.speeds, self.mass, jnp.abs(turning)))
+        return seen[:, None] * found * seen
+
+    def _seen(self, turning: Array) -> Array:
+        """Signs of the coordinates in the mirror; at rest the sign of a speed is that of its rounding."""
+        return jnp.where(turning < -_AT_REST * self.speeds[-1], _MIRROR, 1.0)
 
     def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
         return jnp.abs(motions[-1][1][5]), self.speeds, "rad/s"

@@ -60,6 +60,40 @@ class Force(AbstractAttachment, Timed):
         return self.value.jumps()
 
 
+class Moment(AbstractAttachment, Timed):
+    """A moment fixed in direction on a station, N·m: `direction` times a number or schedule.
+
+    About x or y it bends the shaft, as a misaligned coupling or a side load on an overhung disc does; about
+    z it drives. Its power is the moment times the angular velocity; the generalized forces follow from the
+    angles 1-2-3 (docs/physics.md), exact for any tilt, but in the paper's machines (`twist="paper"`), where
+    what it gives to psi and theta is off by half its part along z times the tilt.
+    """
+
+    value: AbstractSchedule = eqx.field(converter=as_schedule, metadata={"drives": "N*m"})
+    direction: Float[Array, "3"] = parameter(shapes=((3,),), default=(1.0, 0.0, 0.0))
+
+    def faults(self) -> Iterator[str]:
+        if not np.any(self.direction):
+            yield "direction must point somewhere, but is zero: give (1, 0, 0) for a moment about x"
+
+    def forces(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
+    ) -> tuple[Vec6, ...]:
+        ((q, _),) = motions
+        along_x, along_y, along_z = self.direction * self.value.value(t)
+        psi, theta = q[3], q[4]
+        upright = along_z * jnp.cos(psi) - along_y * jnp.sin(psi)
+        turning = along_x * jnp.sin(theta) + upright * jnp.cos(theta)
+        # phi' = chi' - (psi theta)'/2
+        on_psi = along_x - 0.5 * theta * turning
+        on_theta = along_y * jnp.cos(psi) + along_z * jnp.sin(psi) - 0.5 * psi * turning
+        zero = jnp.zeros_like(turning)
+        return (jnp.stack([zero, zero, zero, on_psi, on_theta, turning]),)
+
+    def times(self) -> Float[Array, " n"]:
+        return self.value.jumps()
+
+
 class FanLoad(AbstractAttachment):
     """A fan or a centrifugal pump: the torque `-coefficient |phi'| phi'` on its station, N·m.
 
