@@ -196,7 +196,9 @@ def _raw(file: Path) -> list[tuple[str, str, np.ndarray]]:
     """Title, unit told below it, and values of each column."""
     if file.suffix.lower() in (".xlsx", ".xlsm"):
         return _sheet(file)
-    table = read_text_table(file, HowWritten(), frozenset(("speed", "frequency", "kxx")))
+    table = read_text_table(
+        file, HowWritten(), frozenset(("speed", "frequency", "kxx")), recorded=False
+    )
     out = []
     for title, column in table.columns.items():
         values = as_numbers(column.read())

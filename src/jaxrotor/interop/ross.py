@@ -10,9 +10,13 @@ from ..core.errors import InputError, MissingExtraError
 from ..core.parameter import as_float64
 from ..core.protocol import AbstractElement, AbstractStation
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..elements.bearings.whirl_dependent import WhirlDependentSupport
+from ..elements.couplings.gear import GearMesh
 from ..elements.couplings.matrix import ElasticMatrix
+from ..elements.laws.law import KelvinVoigt
 from ..elements.rotors.added_inertia import AddedInertia
 from ..elements.rotors.node import Node
+from ..elements.rotors.point_unbalance import PointUnbalance
 from ..elements.rotors.rotor import Rotor
 from ..elements.rotors.unbalance import Unbalance
 from ..elements.shafts.finite import FiniteElementShaft
@@ -23,6 +27,9 @@ from ..profiles.motion import AbstractMotion
 # Names in a sentence.
 _TOLD = 3
 _TILTS = ("psi", "theta", "phi")
+_TABLES = (SpeedDependentSupport, WhirlDependentSupport)
+# Of a whole rotor, in ROSS 3.
+_WHOLE_DAMPING = ("modal_damping_ratio", "default_damping_ratio", "alpha", "beta")
 
 
 def from_ross(
@@ -33,36 +40,46 @@ def from_ross(
     prescribed: Mapping[str, Mapping[str, AbstractMotion]] | None = None,
     table_speeds: Any = None,
 ) -> Machine:
-    """The machine that a `ross.Rotor` or `ross.CoAxialRotor` describes (tested with ROSS 2.3).
+    """The machine that a `ross.Rotor`, `ross.CoAxialRotor` or `ross.MultiRotor` describes (tested with ROSS
+    2.3 and 3.1).
 
     Node k becomes the station `"node k"`: a `Rotor` where a disk is, a `Node` elsewhere. Shaft elements,
     couplings, bearings, seals and point masses keep their tags as names (without dots; a tag that is taken
     gets a number). Axial motion and spin stay free, as they are
     there; a run in time needs a drive, such as `prescribed={"node 0": {"phi": CosineRamp(...)}}`.
 
-    - `unbalance`: (node, magnitude in kg·m, phase in rad) as for ROSS's `run_unbalance_response`, each on a
-      node with a disk.
+    - `unbalance`: (node, magnitude in kg·m, phase in rad) as for ROSS's `run_unbalance_response`: of the
+      `Rotor` where there is a disk, a `PointUnbalance` elsewhere.
     - `gravity`, `fixed`, `prescribed`: those of `Machine`.
     - `table_speeds`: rad/s; where tables of bearing coefficients are taken from the rotor. By default at
       their own points. Between, a monotone cubic is drawn where ROSS draws a spline; beyond, the last value
       holds where ROSS extrapolates. A table under a mass that does not turn goes by the speed of the shaft
       above.
 
-    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS.
+    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS. Spur gears
+    of a `MultiRotor` become a `GearMesh`, `"mesh"`, with ROSS's stiffness; the driven shaft turns the other
+    way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables over
+    frequency and speed become a `WhirlDependentSupport`.
 
-    Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, gears,
-    mass coefficients of bearings, tables over both frequency and speed or between two nodes, axial force
-    or torque in a shaft, Hutchinson's shear coefficient, a tapered bore, gyroscopic moments without rotary
-    inertia (or the reverse), point masses that differ by direction. Raises `MissingExtraError` where ROSS is
-    not installed.
+    Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
+    gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or
+    mass coefficients between two nodes, axial force or torque in a shaft, Hutchinson's shear coefficient, a
+    tapered bore, gyroscopic moments without rotary inertia (or the reverse), a motor, damping of the whole
+    rotor. Raises `MissingExtraError` where ROSS is not installed.
     """
     ross = _ross()
-    if not isinstance(rotor, ross.Rotor) or type(rotor).__name__ == "MultiRotor":
+    if not isinstance(rotor, ross.Rotor):
         raise InputError(
-            f"from_ross takes a ross.Rotor or ross.CoAxialRotor, but was given a {type(rotor).__name__}"
+            "from_ross takes a ross.Rotor, CoAxialRotor or MultiRotor, but was given a "
+            f"{type(rotor).__name__}"
         )
     faults = _Faults()
-    stations, loose = _stations(ross, rotor, list(unbalance), faults)
+    if getattr(rotor, "motor_element", None) is not None:
+        faults.add("motor", "a motor cannot be carried: give the machine one of jaxrotor's")
+    if any(np.any(getattr(rotor, what, None) or 0.0) for what in _WHOLE_DAMPING):
+        faults.add("rotor", "damping of the whole rotor cannot be carried: see with_modal_damping")
+    moments = _moments(unbalance)
+    stations, loose = _stations(ross, rotor, moments, faults)
     named = _Names(stations)
     elements: dict[str, AbstractElement] = dict(stations)
     connections: dict[str, Any] = {}
@@ -89,10 +106,17 @@ def from_ross(
         connections[name] = f"node {disk.n}"
     for mass in rotor.point_mass_elements:
         name = named(mass, "point mass")
-        if not mass.mx == mass.my == mass.mz:
-            faults.add(name, "a mass that differs by direction cannot be carried")
-        elements[name] = AddedInertia(as_float64(mass.mx))
+        along = (mass.mx, mass.my, mass.mz)
+        elements[name] = AddedInertia(as_float64(mass.mx if len(set(along)) == 1 else along))
         connections[name] = f"node {mass.n}"
+    for node, moment in moments.items():
+        if isinstance(stations.get(f"node {node}"), Node):
+            name = named(None, f"unbalance at node {node}")
+            elements[name] = PointUnbalance(as_float64(abs(moment)), as_float64(np.angle(moment)))
+            connections[name] = f"node {node}"
+    for mesh in _meshes(rotor):
+        name = named(None, "mesh")
+        elements[name], connections[name] = _mesh(mesh, name, faults)
     for bearing in rotor.bearing_elements:
         name = named(bearing, "bearing")
         element = _bearing(ross, bearing, name, table_speeds, faults)
@@ -102,7 +126,7 @@ def from_ross(
             place = f"node {bearing.n}"
             connections[name] = (place, f"node {bearing.n_link}") if linked else place
             above = f"node {_turning(rotor, bearing.n)}"
-            if isinstance(element, SpeedDependentSupport) and above != place:
+            if isinstance(element, _TABLES) and above != place:
                 connections[name] = (place, above)
     faults.tell()
     held = {name: tuple(given) for name, given in (fixed or {}).items()}
@@ -175,30 +199,75 @@ def _supports(rotor: Any) -> list[str]:
     return [f"node {n}" for n in sorted((linked | masses) - on_shafts)]
 
 
+def _moments(unbalance: Iterable[tuple[int, float, float]]) -> dict[int, complex]:
+    """Node -> kg·m, with its phase."""
+    found: dict[int, complex] = {}
+    for node, magnitude, phase in unbalance:
+        found[int(node)] = found.get(int(node), 0) + magnitude * np.exp(1j * phase)
+    return found
+
+
+def _is_gear(disk: Any) -> bool:
+    return type(disk).__name__ in ("GearElement", "GearElementTVMS")
+
+
+def _meshes(rotor: Any) -> list[Any]:
+    """A `MultiRotor`, after those that it is made of: each has one mesh."""
+    if type(rotor).__name__ != "MultiRotor":
+        return []
+    inner = [found for part in rotor.rotors.values() for found in _meshes(part)]
+    return [*inner, rotor]
+
+
+def _mesh(rotor: Any, name: str, faults: _Faults) -> tuple[GearMesh, tuple[str, str]]:
+    mesh = rotor.mesh
+    gears = mesh.driving_gear, mesh.driven_gear
+    varying = getattr(rotor, "square_varying_stiffness", False)  # of ROSS 2
+    varying = varying or getattr(rotor, "_square_varying_stiffness", {}).get("enable", False)
+    if varying or getattr(rotor, "update_mesh_stiffness", False):
+        faults.add(name, "mesh stiffness that varies with the teeth cannot be carried")
+    if getattr(mesh, "backlash", None) is not None:
+        faults.add(name, "play between teeth cannot be carried: give the GearMesh a Backlash law")
+    if getattr(mesh, "damping_ratio", 0.0):
+        faults.add(
+            name, "a damping ratio of the mesh cannot be carried: give the GearMesh one, N*s/m"
+        )
+    if mesh.helix_angle:
+        faults.add(
+            name,
+            "helical gears cannot be carried: in ROSS the direction of the tooth force is no unit vector",
+        )
+    element = GearMesh(
+        as_float64([gear.pitch_diameter / 2 for gear in gears]),
+        KelvinVoigt(as_float64(mesh.stiffness), as_float64(0.0)),
+        pressure_angle=as_float64(mesh.pressure_angle),
+        orientation=as_float64(mesh.orientation_angle),
+        teeth=as_float64(gears[0].n_teeth),
+    )
+    return element, (f"node {gears[0].n}", f"node {gears[1].n}")
+
+
 def _stations(
-    ross: Any, rotor: Any, unbalance: list[tuple[int, float, float]], faults: _Faults
+    ross: Any, rotor: Any, moments: dict[int, complex], faults: _Faults
 ) -> tuple[dict[str, AbstractStation], list[Any]]:
     """The stations in order, and the disks that are too small for a `Rotor`."""
     disks: dict[int, list[Any]] = {}
     loose = []
     for disk in rotor.disk_elements:
-        if type(disk) is not ross.DiskElement:
+        if type(disk) is not ross.DiskElement and not _is_gear(disk):
             faults.add(str(disk.tag), f"a {type(disk).__name__} cannot be carried, only disks can")
         elif disk.Id > 0 and disk.Ip > 0 and disk.m > 0:
             disks.setdefault(int(disk.n), []).append(disk)
         else:
             loose.append(disk)
-    moments: dict[int, complex] = {}
-    for node, magnitude, phase in unbalance:
-        moments[int(node)] = moments.get(int(node), 0) + magnitude * np.exp(1j * phase)
-        if int(node) not in disks:
-            where = ", ".join(map(str, sorted(disks))) or "none"
-            faults.add(
-                f"unbalance at node {node}",
-                f"there is no disk to carry it: put it at one of {where}",
-            )
     on_shafts = {int(n) for shaft in rotor.shaft_elements for n in (shaft.n_l, shaft.n_r)}
     supports = {int(name.split()[1]) for name in _supports(rotor)}
+    for node in moments:
+        if node not in on_shafts:
+            where = f"0 to {max(on_shafts, default=0)}"
+            faults.add(
+                f"unbalance at node {node}", f"there is no such node of a shaft: {where} are"
+            )
     out: dict[str, AbstractStation] = {}
     for node in sorted(on_shafts | supports):
         if node not in disks:
@@ -256,35 +325,42 @@ def _bearing(
     ross: Any, bearing: Any, name: str, table_speeds: Any, faults: _Faults
 ) -> AbstractElement | None:
     # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
-    tables = [getattr(bearing, axis, None) for axis in ("frequency", "speed")]
-    tables = [x for x in tables if x is not None and np.size(x) > 1]
+    axes = {axis: getattr(bearing, axis, None) for axis in ("frequency", "speed")}
+    axes = {axis: np.asarray(x, float) for axis, x in axes.items() if np.size(x) > 1}
+    massive = any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz"))
     words = None
     if isinstance(bearing, ross.MagneticBearingElement):
         words = "magnetic bearings with their controllers cannot be carried"
-    elif any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz")):
-        words = "mass coefficients of a bearing or seal cannot be carried"
-    elif len(tables) > 1:
-        words = "a table over both frequency and speed cannot be carried"
-    elif tables and bearing.n_link is not None:
+    elif massive and bearing.n_link is not None:
+        words = "mass coefficients between two nodes cannot be carried"
+    elif axes and bearing.n_link is not None:
         words = "a table of coefficients between two nodes cannot be carried"
     if words is not None:
         faults.add(name, words)
         return None
 
-    def at(matrix: Any, speed: float) -> np.ndarray:
+    def at(matrix: Any, frequency: float, speed: float) -> np.ndarray:
         over_speed = "speed" in inspect.signature(matrix).parameters
-        return _six(matrix(speed, speed=speed) if over_speed else matrix(speed))
+        return _six(matrix(frequency, speed=speed) if over_speed else matrix(frequency))
 
-    if tables:
-        speeds = np.asarray(tables[0] if table_speeds is None else table_speeds, float)
-        stiffness, damping = (
-            np.stack([at(f, float(w)) for w in speeds]) for f in (bearing.K, bearing.C)
-        )
-        return SpeedDependentSupport(*map(as_float64, (speeds, stiffness, damping)))
-    stiffness, damping = at(bearing.K, 0.0), at(bearing.C, 0.0)
-    if bearing.n_link is None:
-        return LinearSupport(as_float64(stiffness), as_float64(damping))
-    return ElasticMatrix(as_float64(stiffness), as_float64(damping))
+    what = [bearing.K, bearing.C, *([bearing.M] if massive else [])]
+    if len(axes) > 1:
+        speeds, whirls = axes["speed"], axes["frequency"]
+        tables = [np.array([[at(f, w, s) for w in whirls] for s in speeds]) for f in what]
+        return WhirlDependentSupport(*map(as_float64, (speeds, whirls, *tables)))
+    if axes:
+        given = next(iter(axes.values())) if table_speeds is None else table_speeds
+        speeds = np.asarray(given, float)
+        tables = [np.array([at(f, w, w) for w in speeds]) for f in what]
+        return SpeedDependentSupport(*map(as_float64, (speeds, *tables)))
+    constant = [at(f, 0.0, 0.0) for f in what]
+    if bearing.n_link is not None:
+        return ElasticMatrix(*map(as_float64, constant))
+    if massive and np.any(constant[2] != constant[2].T):  # which has no energy
+        tables = [np.stack([x, x]) for x in constant]
+        return SpeedDependentSupport(*map(as_float64, ((0.0, 1.0), *tables)))
+    mass = as_float64(constant[2]) if massive else None
+    return LinearSupport(as_float64(constant[0]), as_float64(constant[1]), mass=mass)
 
 
 def _six(given: np.ndarray) -> np.ndarray:

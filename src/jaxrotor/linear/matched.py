@@ -37,7 +37,10 @@ class Whirling:
         self.machine, self.at = machine, at
         self.frequencies = np.unique(
             np.concatenate(
-                [np.asarray(machine[name].frequencies) for name in whirl_dependent(machine)]
+                [
+                    np.asarray(machine.get(f"{name}.frequencies"))
+                    for name in whirl_dependent(machine)
+                ]
             )
         )
         tables = tables_of(machine) if at == "undeformed" else None
@@ -88,7 +91,8 @@ class Whirling:
         """Modes whose frequency is met between two."""
         found = []
         for i, k in zip(*low.followed(high)):
-            below, above = low.values[i].imag - low.whirl, high.values[k].imag - high.whirl
+            below = float(np.imag(low.values[i])) - low.whirl
+            above = float(np.imag(high.values[k])) - high.whirl
             if below >= 0 > above or (below > 0 >= above):
                 found.append(self._root(speed, low, high, i, k))
         return found

@@ -101,8 +101,9 @@ def _damping(M: Array, K: Array, zeta: Callable[[Array], Array]) -> Float[Array,
 
 def _of_symmetric(S: Float[Array, "n n"], f: Callable[[Array], Array]) -> Float[Array, "n n"]:
     """V f(l) V' of S = V diag(l) V'. Its slope by divided differences: Daleckii & Krein (1965)."""
-    values, V = np.linalg.eigh(known(S)) if known(S) is not None else jnp.linalg.eigh(S)
-    values, V = jax.lax.stop_gradient((jnp.asarray(values), jnp.asarray(V)))
+    numbers = known(S)  # not by JAX where no trace asks for it: that would be a program to compile
+    found: Any = jnp.linalg.eigh(S) if numbers is None else np.linalg.eigh(numbers)
+    values, V = (jax.lax.stop_gradient(jnp.asarray(x)) for x in found)
     at = f(values)
     slope = jax.vmap(jax.grad(lambda x: f(jnp.append(values, x))[-1]))(values)
     gap = values[:, None] - values

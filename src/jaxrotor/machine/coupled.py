@@ -81,12 +81,12 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps, inertia=
     reduced = touch.on_owners(touch.on_owners(mass.condensed).T)
     alone = picked(a, owners).T.ravel() - moved_by(touch.on_owners(pull) + turning)
     matrix, unknown = np.eye(size) + moved_by(reduced), alone
-    links, push = _links(mass, n, b, d, convective, given, inertia, at_rest), None
+    links, push = _links(mass, n, b, d, convective, given, inertia, at_rest), jnp.zeros(())
     if links is not None:
         push = _times(touch.on_owners(mass.passed_on), links.on_carried.T)
         there = links.on_carried @ (mass.inverse @ right - extra @ mass.passed_on)
         if links.on_nodes is not None:
-            push = push - touch.on_owners(links.on_nodes.T)
+            push = push - touch.on_owners(jnp.asarray(links.on_nodes.T))
             there = there + links.on_nodes @ extra
         carried = _times(_times(mass.inverse, links.on_carried.T).T, links.on_carried.T)
         upper = jnp.concatenate([matrix, moved_by(push)], axis=1)

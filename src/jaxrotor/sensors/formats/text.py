@@ -33,9 +33,11 @@ class HowWritten(NamedTuple):
     encoding: str | None = None
 
 
-def read_text_table(file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2) -> Table:
+def read_text_table(
+    file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2, recorded: bool = True
+) -> Table:
     """Columns of texts, numbers with a decimal point. `wanted`: names that are looked for in the line of
-    names; `least`: how many columns there must be. Raises `InputError` with the line for rows of another
+    names; `least`: how many columns there must be; `recorded`: a last line without an end was cut off. Raises `InputError` with the line for rows of another
     length, for names that stand twice, and for files without such a table."""
     text, notes = _decoded(file, how.encoding)
     lines = text.splitlines()
@@ -70,7 +72,7 @@ def read_text_table(file: Path, how: HowWritten, wanted: frozenset[str], least: 
                 f"{len(names)} ({', '.join(names)}): correct it (a missing value is left empty between its "
                 "separators)"
             )
-    if body and body[-1][0] == len(lines) and not text.endswith(("\n", "\r")):
+    if recorded and body and body[-1][0] == len(lines) and not text.endswith(("\n", "\r")):
         body = body[:-1]
         notes.append("the last line has no end, so its last number may be cut off: left out")
     units = dict(zip(names, units))
