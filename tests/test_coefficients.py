@@ -36,8 +36,8 @@ def rotor(seal_mass, table_mass, amount=0.0):
         k2=jr.LinearSupport([1e7, 1e7, 0, 1e3, 1e3, 0], [1e2] * 5 + [0]),
         seal=jr.LinearSupport(K, C, mass=seal_mass),
         table=jr.SpeedDependentSupport(SPEEDS, [K, 2 * K, K], [C, C, C], table_mass),
-        unbalance=jr.PointUnbalance(amount, 0.3),
-        moment=jr.Moment(jr.Step(0.001, 0.0, 500.0), (1.0, 0.5, 0.01)),
+        unbalance=jr.elements.PointUnbalance(amount, 0.3),
+        moment=jr.elements.Moment(jr.Step(0.001, 0.0, 500.0), (1.0, 0.5, 0.01)),
     )
     places = dict(left=("a", "b"), right=("b", "c"), k1="a", k2="c", seal="b", table="a")
     return jr.Machine(elements, places | dict(unbalance="left.1", moment="right.1"))
@@ -109,7 +109,9 @@ def test_slopes_by_inertia(machine):
     weights = np.random.default_rng(2).uniform(-1, 1, 60)
 
     def rates(x):
-        moved = machine.set({"seal.mass": M * (1 + x[0]), "table.mass": np.array(TABLE) * (1 + x[1])})
+        moved = machine.set(
+            {"seal.mass": M * (1 + x[0]), "table.mass": np.array(TABLE) * (1 + x[1])}
+        )
         return weights @ vector_field(jnp.zeros(()), y, assemble(moved))
 
     both = jax.jit(lambda x: (rates(x), jax.jacfwd(rates)(x), jax.grad(rates)(x)))
@@ -128,7 +130,11 @@ def test_point_unbalance_on_a_rotor_is_its_own():
     whole = jr.Rotor(mass, 0.1, 0.06, jr.Unbalance(e, 0.4))
     support = jr.LinearSupport(K, C)
     own = jr.Machine({"r": whole, "s": support}, {"s": "r"})
-    parts = {"r": jr.Rotor(mass, 0.1, 0.06), "s": support, "u": jr.PointUnbalance(mass * e, 0.4)}
+    parts = {
+        "r": jr.Rotor(mass, 0.1, 0.06),
+        "s": support,
+        "u": jr.elements.PointUnbalance(mass * e, 0.4),
+    }
     added = jr.Machine(parts, {"s": "r", "u": "r"})
     y = jnp.array([1e-4, -2e-4, 0.0, 0.0, 0.0, 1.1, 0.3, 0.2, 0.0, 0.0, 0.0, 150.0])
     found = [jax.jit(vector_field)(jnp.zeros(()), y, assemble(m)) for m in (own, added)]
@@ -151,7 +157,7 @@ def test_a_moment_does_the_work_of_its_angular_velocity():
         axis = np.array([np.sin(theta), -np.sin(psi) * np.cos(theta), np.cos(psi) * np.cos(theta)])
         velocity = dpsi * np.array([1.0, 0, 0]) + dtheta * about_y + dphi * axis
         motion = (jnp.asarray(q), jnp.asarray(v))
-        (force,) = jr.Moment(1.0, moment).forces(jnp.zeros(()), (motion,), None)
+        (force,) = jr.elements.Moment(1.0, moment).forces(jnp.zeros(()), (motion,), None)
         assert float(force @ v) == pytest.approx(moment @ velocity, rel=1e-12)
 
 
@@ -175,7 +181,9 @@ def whirling():
     far = 2000.0
     rows = [np.diag([k, 4 * k, 0, 0, 0, 0]) for k in (K0, K0 + K1 * far)]
     damping = np.diag([C0, C0, 0, 0, 0, 0.0])
-    support = jr.WhirlDependentSupport([0.0, 1000.0], [0.0, far], [rows, rows], [[damping] * 2] * 2)
+    support = jr.elements.WhirlDependentSupport(
+        [0.0, 1000.0], [0.0, far], [rows, rows], [[damping] * 2] * 2
+    )
     return mass_on(support)
 
 
@@ -243,7 +251,9 @@ def test_constants_are_fitted_over_the_frequency():
     """K - w^2 M + i w C is met exactly where it is one; at a given frequency the table's own."""
     w = np.linspace(0.0, 800.0, 7)
     stiffness = K - w[:, None, None] ** 2 * M
-    support = jr.WhirlDependentSupport([0.0, 500.0], w, [stiffness, 2 * stiffness], [[C] * 7] * 2)
+    support = jr.elements.WhirlDependentSupport(
+        [0.0, 500.0], w, [stiffness, 2 * stiffness], [[C] * 7] * 2
+    )
     fitted = support.fitted()
     np.testing.assert_allclose(fitted.stiffness, [K, 2 * K], rtol=1e-12, atol=1e-6)
     np.testing.assert_allclose(fitted.mass, [M, 2 * M], rtol=1e-12, atol=1e-12)
@@ -261,11 +271,16 @@ def test_constants_are_fitted_over_the_frequency():
             "mass must be zero for phi",
         ),
         (
-            lambda: jr.WhirlDependentSupport([0.0, 1.0], [2.0, 1.0], [[K] * 2] * 2, [[C] * 2] * 2),
+            lambda: jr.elements.WhirlDependentSupport(
+                [0.0, 1.0], [2.0, 1.0], [[K] * 2] * 2, [[C] * 2] * 2
+            ),
             "frequencies must increase",
         ),
-        (lambda: jr.DampingMatrix(np.diag([1.0] * 5 + [-1.0])), "damping must not feed energy"),
-        (lambda: jr.Moment(1.0, (0.0, 0.0, 0.0)), "direction must point somewhere"),
+        (
+            lambda: jr.elements.DampingMatrix(np.diag([1.0] * 5 + [-1.0])),
+            "damping must not feed energy",
+        ),
+        (lambda: jr.elements.Moment(1.0, (0.0, 0.0, 0.0)), "direction must point somewhere"),
     ],
 )
 def test_impossible_coefficients_are_refused(make, words):

@@ -108,7 +108,6 @@ def example(**options):
         (dict(shaft=dict(shear_method_calc="hutchinson")), "must be Cowper's, but is hutchinson's"),
         (dict(shaft=dict(axial_force=10.0)), "axial_force and torque within a shaft"),
         (dict(shaft=dict(idl=0.01, idr=0.02)), "a bore that tapers"),
-        (dict(bearing=dict(mxx=3.0)), "mass coefficients of a bearing"),
     ],
 )
 def test_what_cannot_be_carried_is_refused(options, words):
@@ -174,13 +173,13 @@ def test_a_table_under_a_pedestal_goes_by_the_rotors_speed():
 
 
 def test_tables_over_speed_as_ross_3_has_them():
-    """A bearing that answers `K(frequency, speed)`: taken at the speed; over both it is refused."""
+    """A bearing that answers `K(frequency, speed)`: taken at the speed; over both each by itself."""
 
     class Later(ross.BearingElement):
         speed = np.array([100.0, 300.0])
 
         def K(self, frequency, speed=None):
-            return super().K(0.0) * (1 + speed / 100.0)
+            return super().K(0.0) * (1 + speed / 100.0 + frequency / 50.0 * (frequency != speed))
 
         def C(self, frequency, speed=None):
             return super().C(0.0)
@@ -191,18 +190,86 @@ def test_tables_over_speed_as_ross_3_has_them():
     np.testing.assert_allclose(table.speeds, [100.0, 300.0])
     np.testing.assert_allclose(table.stiffness[:, 0, 0], [2e6, 4e6])
     theirs.bearing_elements[0].frequency = np.array([0.0, 1.0])
-    with pytest.raises(jr.InputError, match="a table over both frequency and speed"):
-        from_ross(theirs)
+    table = from_ross(theirs)[str(theirs.bearing_elements[0].tag or "bearing")]
+    np.testing.assert_allclose(table.frequencies, [0.0, 1.0])
+    np.testing.assert_allclose(table.stiffness[:, :, 0, 0], [[2e6, 2.02e6], [4e6, 4.02e6]])
 
 
-def test_unbalance_needs_a_disk_and_a_rotor_is_a_rotor():
-    with pytest.raises(
-        jr.InputError, match="node 2`: there is no disk to carry it: put it at one of 1"
+def test_inertia_of_all_kinds_and_unbalance_where_there_is_no_disk():
+    """Mass coefficients, symmetric, skew and over speed, and a mass that differs by direction: eigenvalues of both
+    programs; the response to unbalance at a node without a disk."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+    over = dict(kxx=[1e6, 2e6, 3e6], cxx=[50.0] * 3, mxx=[2.0, 3.0, 5.0], frequency=SPEEDS[:3])
+    theirs = ross.Rotor(
+        [ross.ShaftElement(L=0.25, idl=0.0, odl=0.05, material=steel) for _ in range(4)],
+        [ross.DiskElement(1, 30.0, 0.2, 0.3)],
+        [
+            ross.BearingElement(0, kxx=1e6, cxx=100.0, mxx=3.0, myy=5.0, mxy=0.5, myx=0.5),
+            ross.SealElement(2, kxx=1e4, cxx=100.0, mxx=3.0, mxy=0.5, myx=-0.5),
+            ross.BearingElement(3, **over),
+            ross.BearingElement(4, kxx=2e6, cxx=10.0, n_link=5),
+            ross.BearingElement(5, kxx=1e7, kyy=2e7, cxx=100.0),
+        ],
+        [ross.PointMass(5, mx=8.0, my=4.0, mz=6.0)],
+    )
+    # a small one: what unbalance does to the turning, and that back, is of its square, and not in ROSS
+    machine = from_ross(theirs, unbalance=[(2, 1e-6, 0.3)])
+    for speed in SPEEDS[:3]:
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        gap = np.min(np.abs(mine[:, None] - np.linalg.eigvals(theirs.A(speed))), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    speeds = np.array(SPEEDS[1:3])
+    found = jr.unbalance_response(machine, ["node 1.x", "node 2.y"], speeds, at="undeformed").values
+    expected = theirs.run_unbalance_response(2, 1e-6, 0.3, frequency=speeds).forced_resp[[6, 13]].T
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_gears_and_a_shaft_between_two_others():
+    """Eigenvalues of three shafts with two meshes; what a GearMesh does not have is refused."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+
+    def line(teeth, helix=0.0):
+        gear = ross.GearElement(
+            2,
+            5.0,
+            0.02,
+            0.04,
+            teeth,
+            pitch_diameter=0.004 * teeth,
+            pr_angle=0.35,
+            helix_angle=helix,
+        )
+        return ross.Rotor(
+            [ross.ShaftElement(L=0.25, idl=0.0, odl=0.05, material=steel) for _ in range(3)],
+            [ross.DiskElement(1, 30.0, 0.2, 0.3), gear],
+            [ross.BearingElement(n, kxx=1e6, kyy=3e6, cxx=100.0) for n in (0, 3)],
+        )
+
+    given = dict(coupled_nodes=(2, 2), gear_mesh_stiffness=1e8)
+    pair = ross.MultiRotor(line(50), line(25), orientation_angle=0.7, **given)
+    train = ross.MultiRotor(pair, line(40), orientation_angle=-0.5, **given)
+    machine = from_ross(train)
+    assert sum(isinstance(e, jr.GearMesh) for e in machine.elements().values()) == 2
+    for speed in (0.0, 200.0):
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        gap = np.min(np.abs(mine[:, None] - np.linalg.eigvals(train.A(speed))), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    helical = ross.MultiRotor(line(50, 0.2), line(25, 0.2), **given)
+    varying = ross.MultiRotor(line(50), line(25), square_varying_stiffness=True, **given)
+    for rotor, words in (
+        (helical, "helical gears cannot"),
+        (varying, "that varies with the teeth"),
     ):
-        from_ross(example(), unbalance=[(2, 1e-4, 0.0)])
+        with pytest.raises(jr.InputError, match=words):
+            from_ross(rotor)
+
+
+def test_unbalance_needs_a_shaft_and_a_rotor_is_a_rotor():
     with pytest.raises(
-        jr.InputError, match="takes a ross.Rotor or ross.CoAxialRotor, but .* a str"
+        jr.InputError, match="node 9`: there is no such node of a shaft: 0 to 3 are"
     ):
+        from_ross(example(), unbalance=[(9, 1e-4, 0.0)])
+    with pytest.raises(jr.InputError, match="takes a ross.Rotor, CoAxialRotor or .* a str"):
         from_ross("rotor.toml")
 
 

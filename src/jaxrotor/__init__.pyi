@@ -26,7 +26,6 @@ from .elements.rotors.rotor import Rotor as Rotor, Imperfection as Imperfection
 from .elements.rotors.body import RigidBody as RigidBody
 from .elements.rotors.node import Node as Node
 from .elements.rotors.added_inertia import AddedInertia as AddedInertia
-from .elements.rotors.point_unbalance import PointUnbalance as PointUnbalance
 from .elements.rotors.unbalance import Unbalance as Unbalance
 
 # shafts
@@ -41,7 +40,6 @@ from .elements.bearings.support import (
     LinearSupport as LinearSupport,
     SpeedDependentSupport as SpeedDependentSupport,
 )
-from .elements.bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .elements.bearings.law_support import LawSupport as LawSupport
 from .elements.bearings.journal import (
     JournalBearing as JournalBearing,
@@ -70,7 +68,6 @@ from .elements.drives.prescribed import PrescribedSpin as PrescribedSpin
 from .elements.drives.load import (
     Torque as Torque,
     Force as Force,
-    Moment as Moment,
     SpeedTorque as SpeedTorque,
     FanLoad as FanLoad,
     Brake as Brake,
