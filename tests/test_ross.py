@@ -196,8 +196,8 @@ def test_tables_over_speed_as_ross_3_has_them():
 
 
 def test_inertia_of_all_kinds_and_unbalance_where_there_is_no_disk():
-    """Mass coefficients, symmetric, skew and over speed, and a mass that differs by direction: eigenvalues of both
-    programs; the response to unbalance at a node without a disk."""
+    """Mass coefficients, symmetric, skew and over speed, and a mass that differs by direction: eigenvalues of
+    both programs; the response to unbalance at a node without a disk."""
     steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
     over = dict(kxx=[1e6, 2e6, 3e6], cxx=[50.0] * 3, mxx=[2.0, 3.0, 5.0], frequency=SPEEDS[:3])
     theirs = ross.Rotor(

@@ -56,10 +56,10 @@ def from_ross(
       holds where ROSS extrapolates. A table under a mass that does not turn goes by the speed of the shaft
       above.
 
-    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS. Spur gears
-    of a `MultiRotor` become a `GearMesh`, `"mesh"`, with ROSS's stiffness; the driven shaft turns the other
-    way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables over
-    frequency and speed become a `WhirlDependentSupport`.
+    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS. Spur
+    gears of a `MultiRotor` become a `GearMesh`, `"mesh"`, with ROSS's stiffness; the driven shaft turns the
+    other way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables
+    over frequency and speed become a `WhirlDependentSupport`.
 
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
     gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or

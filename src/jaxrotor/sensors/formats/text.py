@@ -37,8 +37,9 @@ def read_text_table(
     file: Path, how: HowWritten, wanted: frozenset[str], least: int = 2, recorded: bool = True
 ) -> Table:
     """Columns of texts, numbers with a decimal point. `wanted`: names that are looked for in the line of
-    names; `least`: how many columns there must be; `recorded`: a last line without an end was cut off. Raises `InputError` with the line for rows of another
-    length, for names that stand twice, and for files without such a table."""
+    names; `least`: how many columns there must be; `recorded`: a last line without an end was cut off.
+    Raises `InputError` with the line for rows of another length, for names that stand twice, and for files
+    without such a table."""
     text, notes = _decoded(file, how.encoding)
     lines = text.splitlines()
     numbered = [
