@@ -13,6 +13,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # ROSS looks for fluid libraries that it does without
     ross = pytest.importorskip("ross", reason="the extra `interop` is not installed")
 
+LATER = int(ross.__version__.partition(".")[0]) > 2
 SPEEDS = [0.0, 60.0, 200.0, 500.0, 1000.0]
 # rotor, (node of the unbalance, kg m, rad), nodes observed
 ROTORS = {
@@ -26,7 +27,10 @@ ROTORS = {
 def rotor(request):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the compressor's file is of an older version
-        return request.param, getattr(ross, request.param)()
+        example = getattr(ross, request.param, None)
+        if example is None:
+            pytest.skip("not in this version of ROSS")
+        return request.param, example()
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +67,7 @@ def test_unbalance_response(rotor, machine):
     speeds = np.array(SPEEDS[1:])
     outputs = [f"node {n}.{c}" for n in nodes for c in "xy"]
     mine = np.asarray(jr.unbalance_response(machine, outputs, speeds, at="undeformed").values)
-    found = theirs.run_unbalance_response(node, magnitude, phase, frequency=speeds).forced_resp
+    found = theirs.run_unbalance_response(node, magnitude, phase, speeds).forced_resp
     last = len(theirs.nodes) - 1
     for k, n in enumerate(nodes):
         first = 6 * n if n <= last else 6 * (last + 1) + 3 * (n - last - 1)
@@ -174,6 +178,12 @@ def test_a_table_under_a_pedestal_goes_by_the_rotors_speed():
 
 def test_tables_over_speed_as_ross_3_has_them():
     """A bearing that answers `K(frequency, speed)`: taken at the speed; over both each by itself."""
+    if LATER:
+        k = 1e6 * np.array([[2.0, 2.02], [4.0, 4.02]])  # speed, frequency
+        given = dict(kxx=k, cxx=0 * k, frequency=[0.0, 1.0], speed=[100.0, 300.0])
+        table = from_ross(example(bearing=given))["Bearing 0"]
+        np.testing.assert_allclose(table.stiffness[:, :, 0, 0], k)
+        return
 
     class Later(ross.BearingElement):
         speed = np.array([100.0, 300.0])
@@ -220,7 +230,7 @@ def test_inertia_of_all_kinds_and_unbalance_where_there_is_no_disk():
         assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
     speeds = np.array(SPEEDS[1:3])
     found = jr.unbalance_response(machine, ["node 1.x", "node 2.y"], speeds, at="undeformed").values
-    expected = theirs.run_unbalance_response(2, 1e-6, 0.3, frequency=speeds).forced_resp[[6, 13]].T
+    expected = theirs.run_unbalance_response(2, 1e-6, 0.3, speeds).forced_resp[[6, 13]].T
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
@@ -255,7 +265,8 @@ def test_gears_and_a_shaft_between_two_others():
         gap = np.min(np.abs(mine[:, None] - np.linalg.eigvals(train.A(speed))), axis=1)
         assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
     helical = ross.MultiRotor(line(50, 0.2), line(25, 0.2), **given)
-    varying = ross.MultiRotor(line(50), line(25), square_varying_stiffness=True, **given)
+    square = {"enable": True, "amplitude_ratio": 0.1} if LATER else True
+    varying = ross.MultiRotor(line(50), line(25), square_varying_stiffness=square, **given)
     for rotor, words in (
         (helical, "helical gears cannot"),
         (varying, "that varies with the teeth"),

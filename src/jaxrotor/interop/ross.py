@@ -1,5 +1,6 @@
 """Rotors of ROSS (petrobras/ross) as machines. Coordinates and signs are the same in both programs."""
 
+import dataclasses
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -28,8 +29,6 @@ from ..profiles.motion import AbstractMotion
 _TOLD = 3
 _TILTS = ("psi", "theta", "phi")
 _TABLES = (SpeedDependentSupport, WhirlDependentSupport)
-# Of a whole rotor, in ROSS 3.
-_WHOLE_DAMPING = ("modal_damping_ratio", "default_damping_ratio", "alpha", "beta")
 
 
 def from_ross(
@@ -64,8 +63,8 @@ def from_ross(
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
     gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or
     mass coefficients between two nodes, axial force or torque in a shaft, Hutchinson's shear coefficient, a
-    tapered bore, gyroscopic moments without rotary inertia (or the reverse), a motor, damping of the whole
-    rotor. Raises `MissingExtraError` where ROSS is not installed.
+    tapered bore, gyroscopic moments without rotary inertia (or the reverse), a motor, modal damping of
+    the whole rotor. Raises `MissingExtraError` where ROSS is not installed.
     """
     ross = _ross()
     if not isinstance(rotor, ross.Rotor):
@@ -76,8 +75,12 @@ def from_ross(
     faults = _Faults()
     if getattr(rotor, "motor_element", None) is not None:
         faults.add("motor", "a motor cannot be carried: give the machine one of jaxrotor's")
-    if any(np.any(getattr(rotor, what, None) or 0.0) for what in _WHOLE_DAMPING):
-        faults.add("rotor", "damping of the whole rotor cannot be carried: see with_modal_damping")
+    if getattr(rotor, "modal_damping_ratio", None) is not None:
+        faults.add(
+            "rotor", "modal damping of the whole rotor cannot be carried: see with_modal_damping"
+        )
+    # of ROSS 3: of all but the bearings, in place of the elements' own
+    whole = float(getattr(rotor, "alpha", 0.0)), float(getattr(rotor, "beta", 0.0))
     moments = _moments(unbalance)
     stations, loose = _stations(ross, rotor, moments, faults)
     named = _Names(stations)
@@ -87,7 +90,8 @@ def from_ross(
         ends = f"node {shaft.n_l}", f"node {shaft.n_r}"
         if isinstance(shaft, ross.CouplingElement):
             name = named(shaft, "coupling")
-            elements[name] = ElasticMatrix(as_float64(shaft.K()), as_float64(shaft.C()))
+            damping = whole[1] * shaft.K() if any(whole) else shaft.C()
+            elements[name] = ElasticMatrix(as_float64(shaft.K()), as_float64(damping))
             connections[name] = ends
             for side, place in zip("lr", ends):
                 half = named(None, f"{name} at {place}")
@@ -97,6 +101,8 @@ def from_ross(
             continue
         name = named(shaft, "shaft")
         found = _shaft(ross, shaft, name, faults)
+        if found is not None and any(whole):
+            found = dataclasses.replace(found, rayleigh=as_float64(whole))
         if found is not None:
             elements[name] = found
             connections[name] = ends
@@ -114,6 +120,10 @@ def from_ross(
             name = named(None, f"unbalance at node {node}")
             elements[name] = PointUnbalance(as_float64(abs(moment)), as_float64(np.angle(moment)))
             connections[name] = f"node {node}"
+    for node, inertia in _inertias(ross, rotor).items() if whole[0] else ():
+        name = named(None, f"damping at node {node}")
+        elements[name] = LinearSupport(as_float64(np.zeros(6)), as_float64(whole[0] * inertia))
+        connections[name] = f"node {node}"
     for mesh in _meshes(rotor):
         name = named(None, "mesh")
         elements[name], connections[name] = _mesh(mesh, name, faults)
@@ -204,6 +214,25 @@ def _moments(unbalance: Iterable[tuple[int, float, float]]) -> dict[int, complex
     found: dict[int, complex] = {}
     for node, magnitude, phase in unbalance:
         found[int(node)] = found.get(int(node), 0) + magnitude * np.exp(1j * phase)
+    return found
+
+
+def _inertias(ross: Any, rotor: Any) -> dict[int, np.ndarray]:
+    """Node -> what is put on it beside shafts, (6,), kg and kg·m²."""
+    found: dict[int, np.ndarray] = {}
+
+    def add(node: Any, mass: Any, Id: float = 0.0, Ip: float = 0.0) -> None:
+        one = np.concatenate([np.broadcast_to(mass, 3), [Id, Id, Ip]])
+        found[int(node)] = found.get(int(node), np.zeros(6)) + one
+
+    for disk in rotor.disk_elements:
+        add(disk.n, disk.m, disk.Id, disk.Ip)
+    for mass in rotor.point_mass_elements:
+        add(mass.n, (mass.mx, mass.my, mass.mz))
+    for shaft in rotor.shaft_elements:
+        if isinstance(shaft, ross.CouplingElement):
+            add(shaft.n_l, shaft.m_l, shaft.Id_l, shaft.Ip_l)
+            add(shaft.n_r, shaft.m_r, shaft.Id_r, shaft.Ip_r)
     return found
 
 
