@@ -45,6 +45,7 @@ class RigidElementShaft(Composite, Carrying):
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
+    end_inner_diameter: Sections | None = by_section(nonnegative=True, optional=True, default=None)
 
     def faults(self) -> Iterator[str]:
         yield from section_faults(self)
