@@ -51,9 +51,8 @@ def from_ross(
     In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS.
 
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, gears,
-    mass coefficients of bearings, tables over both frequency and speed or between two nodes, axial force
-    or torque in a shaft, Hutchinson's shear coefficient, a tapered bore, gyroscopic moments without rotary
-    inertia (or the reverse), point masses that differ by direction. Raises `MissingExtraError` where ROSS is
+    mass coefficients of bearings, tables over both frequency and speed or between two nodes, Hutchinson's
+    shear coefficient, point masses that differ by direction. Raises `MissingExtraError` where ROSS is
     not installed.
     """
     ross = _ross()
@@ -222,21 +221,11 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
             f"a {type(shaft).__name__} cannot be carried, only shaft elements and couplings can",
         )
         return None
-    if shaft.axial_force or shaft.torque:
-        faults.add(name, "axial_force and torque within a shaft cannot be carried")
     if shaft.shear_effects and shaft.shear_method_calc != "cowper":
         faults.add(
             name,
             f"the shear coefficient must be Cowper's, but is {shaft.shear_method_calc}'s: "
             'build the element with shear_method_calc="cowper"',
-        )
-    if shaft.idl != shaft.idr:
-        faults.add(name, "a bore that tapers cannot be carried (idl must equal idr)")
-    if bool(shaft.gyroscopic) != bool(shaft.rotary_inertia):
-        faults.add(
-            name,
-            f"gyroscopic moments go with rotary inertia, but gyroscopic={shaft.gyroscopic} and "
-            f"rotary_inertia={shaft.rotary_inertia}: set both alike",
         )
     m = shaft.material
     return FiniteElementShaft(
@@ -249,6 +238,11 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
         elements=1,
         shear=bool(shaft.shear_effects),
         rotary_inertia=bool(shaft.rotary_inertia),
+        end_inner_diameter=None if shaft.idl == shaft.idr else as_float64(shaft.idr),
+        axial_force=as_float64(shaft.axial_force) if shaft.axial_force else None,
+        torque=as_float64(shaft.torque) if shaft.torque else None,
+        torque_kind="axial",
+        gyroscopic=bool(shaft.gyroscopic),
     )
 
 
