@@ -231,8 +231,10 @@ def test_derivatives_of_a_buckling_factor():
     slopes = assert_derivatives_agree(factor, start, rtol=1e-6)
     # more thrust, and more torque, buckle it sooner; a longer shaft too; a stiffer neighbour later
     assert np.all(np.sign(slopes[0]) == [1, -1, -1, 1])
-    found = float(jr.linear.buckling_factor(machine))
-    assert found == pytest.approx(float(jax.jit(factor)(jnp.asarray(start))[0]), rel=1e-9)
+    found, more = (
+        float(jr.linear.buckling_factor(m)) for m in (machine, machine.set({paths[0]: -1.001e5}))
+    )
+    assert (more - found) / -100 == pytest.approx(slopes[0][0], rel=2e-3)
     # what `two` carries stays where `one` alone grows, so that its tension holds longer
     assert float(jr.linear.buckling_factor(machine, shafts="one")) != pytest.approx(found, rel=1e-3)
 
