@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ...core.arguments import number, whole
+from ...core.arguments import choice, number, positive, whole
 from ...core.errors import InputError
+from ...core.gate import takes
 from ...core.part import option
 from ...core.protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from ..rotors.node import Node
@@ -17,6 +18,7 @@ from .beam_element import BeamElement, TwistedBeamElement
 from .material import ShaftMaterial, steel, undamped
 from .mesh import elements_for, mesh_error
 from .preload import Preload, TorqueKind
+from .profile import Between, Rows, as_profile, rows_or_file, sections_between, within
 from .segment import MOST_ELEMENTS, Segment
 from .stepped import Sections, by_piece, by_section, cut, section_faults, sections
 
@@ -83,6 +85,51 @@ class FiniteElementShaft(Composite, Carrying):
     def __post_init__(self) -> None:
         if self.elements == "auto":
             self.elements = elements_for(self, self.up_to)
+
+    @classmethod
+    @takes(
+        profile=None,
+        start=number("m"),
+        stop=number("m"),
+        between=choice("cones", "cylinders"),
+        longest=positive("m"),
+    )
+    def from_profile(
+        cls,
+        profile: Rows,
+        start: float | None = None,
+        stop: float | None = None,
+        between: Between = "cones",
+        longest: float | None = None,
+        **options: Any,
+    ) -> "FiniteElementShaft":
+        """The shaft of a drawing's table.
+
+        **Arguments:**
+
+        - `profile`: rows of (position, diameter) or (position, diameter, bore), m, from left to right, or a
+          file of them (`jr.elements.read_profile`). Two rows at one position make a step.
+        - `between`: what stands between two rows: `"cones"`, straight from one to the next, or `"cylinders"`,
+          each row's diameters up to the next one's position (the last row ends it).
+        - `start`, `stop`: positions, m, where a part of it is wanted.
+        - `longest`: m; sections that are longer are divided evenly.
+        - `options`: all others of `FiniteElementShaft`; `elements` in each section, 1 where it is left out.
+
+        Differentiable by diameters and bores. Raises `InputError` for rows that fall back, for a third one at
+        a position, for diameters that cannot be, and for positions off the profile, with the row.
+        """
+        rows = as_profile(rows_or_file(profile))
+        ends = [
+            float(rows.positions[i]) if at is None else within(rows, at, name)
+            for i, at, name in ((0, start, "start"), (-1, stop, "stop"))
+        ]
+        if not ends[1] > ends[0]:
+            raise InputError(f"stop must lie behind start, but is {ends[1]:g} after {ends[0]:g} m")
+        found = sections_between(rows, *ends, between, longest)
+        for name in found:
+            if name in options:
+                raise InputError(f"{name} comes from the profile: leave it out")
+        return cls(**found, **({"elements": 1} | options))
 
     def mesh_error(self, up_to: float) -> float:
         """By what part cutting raises a natural frequency at `up_to` (Hz), estimated from the length of waves
