@@ -64,6 +64,10 @@ class Definitions:
         ]
         return {"anyOf": [*choices, _own(more or {}, needed)]}
 
+    def properties(self, cls: type) -> Schema:
+        """What may stand in its table, key by key."""
+        return self._fields(cls, ALONE)[0]
+
     def _table(
         self, cls: type, within: Within, kind: str | None, more: Schema, needed: Iterable[str]
     ) -> Schema:
