@@ -63,7 +63,7 @@ def critical(held=PINNED, elements=8, **loads):
         # Euler; a wave of n half turns over the length is met to (n pi h/L)^4/720
         (PINNED, dict(axial_force=-1.0), EULER, 1.0),
         (CLAMPED, dict(axial_force=-1.0), EULER / 4, 0.5),
-        # Greenhill 1883; a follower at pinned ends, where no moment is left, needs as much (Ziegler 1968, 5.2)
+        # Greenhill 1883; a follower at pinned ends, where no moment is left, needs as much (Ziegler 1968)
         (PINNED, dict(torque=1.0, torque_kind="axial"), 2 * np.pi * E * MOMENT / L, 2.0),
         (PINNED, dict(torque=1.0, torque_kind="follower"), 2 * np.pi * E * MOMENT / L, 2.0),
         (PINNED, dict(torque=-1.0, torque_kind="axial"), 2 * np.pi * E * MOMENT / L, 2.0),
@@ -84,7 +84,9 @@ def test_buckling_loads(held, loads, exact, waves):
     assert np.all(errors > 0) and errors[1] < 4e-5
     np.testing.assert_allclose(errors[0] / errors[1], 16.0, rtol=0.05)
     if loads.get("axial_force"):
-        np.testing.assert_allclose(errors, (waves * np.pi / np.array([8, 16])) ** 4 / 720, rtol=0.02)
+        np.testing.assert_allclose(
+            errors, (waves * np.pi / np.array([8, 16])) ** 4 / 720, rtol=0.02
+        )
 
 
 @pytest.mark.parametrize("kind", ["axial", "follower"])
@@ -115,7 +117,8 @@ def test_thrust_and_torque_together():
 
 
 def test_with_shear_it_is_engessers_column():
-    """P = Pe/(1 + Pe/(kappa G A)), a thousandth below Euler's here; errors by h² and h⁴ taken out of three meshes."""
+    """P = Pe/(1 + Pe/(kappa G A)), a thousandth below Euler's here; errors by h² and h⁴ taken out of
+    three meshes."""
     found = []
     for n in (8, 16, 32):
         bare, loaded = (lateral(shaft(n, axial_force=p))[0] for p in (0.0, -1.0))
@@ -145,8 +148,8 @@ def whirl(given, speed, held=PINNED):
 
 
 def column(n, load, speed, shear, rotary, turning):
-    """Whirl frequencies (rad/s, forward ones positive) of a rotating, pinned Timoshenko column with n half waves:
-    u = U sin(kz), section's slope S cos(kz), both e^(iwt) in the complex plane of x + iy."""
+    """Whirl frequencies (rad/s, forward ones positive) of a rotating, pinned Timoshenko column with n half
+    waves: u = U sin(kz), section's slope S cos(kz), both e^(iwt) in the complex plane of x + iy."""
     k = n * np.pi / L
     soft = KGA if shear else 1e5 * KGA
 
@@ -163,13 +166,11 @@ def column(n, load, speed, shear, rotary, turning):
 @pytest.mark.parametrize("load", [-0.5, 2.0])
 @pytest.mark.parametrize("rotary, turning", [(True, True), (True, False), (False, True)])
 def test_a_rotating_column(load, rotary, turning):
-    """Forward and backward whirl of the first two waves at 2000 rad/s against the closed form, with gyroscopic
-    moments and rotary inertia together and each without the other; errors by h² and h⁴ taken out of three
-    meshes."""
+    """Forward and backward whirl of the first two waves at 2000 rad/s against the closed form, with
+    gyroscopic moments and rotary inertia together and each without the other; errors by h² and h⁴ taken out
+    of three meshes."""
     speed, found = 2000.0, []
-    exact = np.concatenate(
-        [column(n, load * EULER, speed, True, rotary, turning) for n in (1, 2)]
-    )
+    exact = np.concatenate([column(n, load * EULER, speed, True, rotary, turning) for n in (1, 2)])
     exact = np.sort(abs(exact[abs(exact) < 8e3]))
     assert len(exact) == 4
     split = exact[1] / exact[0] - 1
@@ -183,6 +184,10 @@ def test_a_rotating_column(load, rotary, turning):
 
 def test_each_section_has_its_loads():
     """Two sections with their own loads are two shafts with a node between."""
+
+    def stiffness(element, k):
+        return jax.tree.map(lambda x: x[..., k], element).matrices()[0]
+
     both = dict(axial_force=[1e5, -2e4], torque=[300.0, 50.0], material=METAL, elements=2)
     ((_, whole, _),) = jr.FiniteElementShaft([0.3, 0.5], [0.04, 0.03], **both).parts().connectors
     for k, (length, d) in enumerate([(0.3, 0.04), (0.5, 0.03)]):
@@ -190,7 +195,7 @@ def test_each_section_has_its_loads():
         one = jr.FiniteElementShaft(length, d, material=METAL, elements=2, **given)
         ((_, part, _),) = one.parts().connectors
         for j in range(2):
-            K = [jax.tree.map(lambda x, i=i: x[..., i], e).matrices()[0] for e, i in ((whole, 2 * k + j), (part, j))]  # fmt: skip
+            K = [stiffness(whole, 2 * k + j), stiffness(part, j)]
             np.testing.assert_allclose(K[0], K[1], rtol=1e-12)
 
 
@@ -264,7 +269,11 @@ def test_a_shaft_with_torque_keeps_its_stations():
         (lambda m: shaft(torque_kind="conservative"), "torque_kind must be"),
         (
             lambda m: jr.Machine.in_line(
-                {"a": jr.Node(), "s": shaft(2, torque=[1.0, 2.0, 3.0], axial_force=[1.0, 2.0]), "b": jr.Node()}  # fmt: skip
+                {
+                    "a": jr.Node(),
+                    "s": shaft(2, torque=[1.0, 2.0, 3.0], axial_force=[1.0, 2.0]),
+                    "b": jr.Node(),
+                }  # fmt: skip
             ),
             "`s`: what is given for each section .* axial_force has 2 entries where another has 3",
         ),

@@ -48,7 +48,11 @@ def from_ross(
       holds where ROSS extrapolates. A table under a mass that does not turn goes by the speed of the shaft
       above.
 
-    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS.
+    Where they differ: in tapered elements the axial and torsional rows are integrals here, means of both ends
+    in ROSS, and the shear coefficient is that of every section, of the middle one in ROSS (a bore that tapers
+    alone: under 1 % of the element's stiffness). With shear, a torque acts about the axis of the sections
+    here, about the centre line's in ROSS: under a hundredth of what it does to a slender shaft. Internal
+    damping (`beta K`) is of the elastic stiffness here, of what axial force and torque add to it too in ROSS.
 
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, gears,
     mass coefficients of bearings, tables over both frequency and speed or between two nodes, Hutchinson's

@@ -15,9 +15,9 @@ from ..core.gate import takes
 from ..core.quick import traced
 from ..elements.shafts.finite import FiniteElementShaft
 from ..machine.machine import Machine
+from .coordinates import coordinate_order
 from .eigen import eigensystem, eigensystem_numbers
 from .linearise import check_linearized, linearize_checked
-from .coordinates import coordinate_order
 
 # An eigenvalue's imaginary part that is rounding; what is small beside the largest is no load at all.
 _REAL, _LEAST = 1e-6, 1e-9
@@ -28,8 +28,8 @@ _LATERAL = ("x", "y", "psi", "theta")
 def buckling_factor(
     machine: Machine, shafts: str | Sequence[str] | None = None, at: Any = "undeformed"
 ) -> Float[Array, ""]:
-    """The least positive factor by which `axial_force` and `torque` of the machine's shafts must be multiplied
-    until it has no stiffness against some deflection, at rest: `(K0 + factor K_loads) u = 0`, one
+    """The least positive factor by which `axial_force` and `torque` of the machine's shafts must be
+    multiplied until it has no stiffness against some deflection, at rest: `(K0 + factor K_loads) u = 0`, one
     eigenvalue problem. Below 1 it buckles under what it carries. z and phi are held.
 
     - `shafts`: those whose loads grow, by name; what others carry stays as it is. By default all.
@@ -53,7 +53,9 @@ def buckling_factor(
         np.asarray(linearize_checked(m, jnp.zeros(()), at).K)[rows] for m in (machine, bare)
     )
     if np.linalg.cond(free) > 1e14:
-        raise InputError("the machine is not held sideways: nothing resists its loads; add supports")
+        raise InputError(
+            "the machine is not held sideways: nothing resists its loads; add supports"
+        )
     found = _least(eigensystem_numbers(np.linalg.solve(free, free - loaded))[0], np)
     if not np.isfinite(found):
         raise InputError(
@@ -66,12 +68,16 @@ def buckling_factor(
 def _loads(machine: Machine, shafts: Any) -> list[str]:
     """Paths of what grows."""
     carrying = {
-        name: [f"{name}.{load}" for load in ("axial_force", "torque") if getattr(e, load) is not None]
+        name: [
+            f"{name}.{load}" for load in ("axial_force", "torque") if getattr(e, load) is not None
+        ]
         for name, e in machine.elements().items()
         if isinstance(e, FiniteElementShaft)
     }
     carrying = {name: paths for name, paths in carrying.items() if paths}
-    names = list(carrying) if shafts is None else [shafts] if isinstance(shafts, str) else list(shafts)
+    names = (
+        list(carrying) if shafts is None else [shafts] if isinstance(shafts, str) else list(shafts)
+    )
     for name in names:
         if name not in carrying:
             known = ", ".join(f"`{n}`" for n in carrying) or "none"

@@ -130,7 +130,9 @@ class MachineReader:
                 self.faults.add(f'line "{name}"', "position goes with a [machine.profile]: add one")
             return
         if not self.positions:
-            self.faults.add("profile", 'nothing stands on it: give stations of the line a position = "..."')
+            self.faults.add(
+                "profile", 'nothing stands on it: give stations of the line a position = "..."'
+            )
             return
         places = [i for i, name in enumerate(self.line) if name in self.positions]
         first, last = places[0], places[-1]
@@ -139,6 +141,12 @@ class MachineReader:
                 self.faults.add(
                     f'line "{name}"',
                     "stands between stations that have a position: give it one, or move it",
+                )
+        for i in (first - 1, last + 1):
+            beside = self.line[i] if 0 <= i < len(self.line) else None
+            if isinstance(self.parts.get(beside or ""), AbstractStation):
+                self.faults.add(
+                    f'line "{beside}"', "stands beside the profile without a position: give it one"
                 )
         on_it = {
             name: (at, self.parts[name])

@@ -42,7 +42,9 @@ def profile_line(
 ) -> dict[str, Any] | None:
     """The line's elements; `None` where something is wrong, which is noted."""
     if not isinstance(table, dict):
-        faults.add("machine", f"profile must be a table, but is {shown(table)}: write [machine.profile]")
+        faults.add(
+            "machine", f"profile must be a table, but is {shown(table)}: write [machine.profile]"
+        )
         return None
     before = len(faults.sentences)
     faults.unknown_keys(PLACE, table, (*OWN, *OPTIONS))
@@ -90,8 +92,8 @@ def _rows(table: dict[str, Any], faults: Faults, folder: Path | None) -> Any:
     if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
         faults.add(
             PLACE,
-            f'rows must be a list of [position, diameter, bore], but is {shown(rows)}: write rows = '
-            "[[0, 40, 0], [200, 40, 0]] with unit = \"mm\"",
+            f"rows must be a list of [position, diameter, bore], but is {shown(rows)}: write rows = "
+            '[[0, 40, 0], [200, 40, 0]] with unit = "mm"',
         )
         return None
     found, size = [], 1.0 if unit is None else factor(unit, "m") or 1.0
@@ -101,7 +103,9 @@ def _rows(table: dict[str, Any], faults: Faults, folder: Path | None) -> Any:
             try:
                 bare = isinstance(value, (int, float)) and not isinstance(value, bool)
                 if bare and unit is None:
-                    raise ValueError(f'is a bare number ({value}): give unit = "mm" beside the rows')
+                    raise ValueError(
+                        f'is a bare number ({value}): give unit = "mm" beside the rows'
+                    )
                 numbers.append(value * size if bare else read(value, "m"))
             except ValueError as error:
                 faults.add(PLACE, f"rows[{k}] {error}")

@@ -103,13 +103,18 @@ def _profile(parts: Definitions) -> Schema:
     own = {
         "name": {**TEXT, "description": "of the pieces of shaft: shaft, unless it is given"},
         "file": {**TEXT, "description": "CSV with columns position [mm], diameter [mm], bore [mm]"},
-        "rows": {**listed(row, 2), "description": "[position, diameter] or [position, diameter, bore]"},
+        "rows": {
+            **listed(row, 2),
+            "description": "[position, diameter] or [position, diameter, bore]",
+        },
         "unit": {**TEXT, "description": "of bare numbers in rows, and of columns without one"},
         "between": {"enum": ["cones", "cylinders"], "description": "what stands between two rows"},
         "longest": quantity("m", "no section longer than"),
     }
     rest = {key: options[key] for key in PROFILE_OPTIONS if key in options}
-    return closed({**own, **rest}, words="a shaft from its drawing's table, between the line's stations")
+    return closed(
+        {**own, **rest}, words="a shaft from its drawing's table, between the line's stations"
+    )
 
 
 def _motion(coordinate: str) -> Any:

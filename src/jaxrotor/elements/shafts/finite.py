@@ -15,7 +15,7 @@ from ...core.part import option
 from ...core.protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from ..rotors.node import Node
 from .beam_element import BeamElement, TwistedBeamElement
-from .material import ShaftMaterial, steel, undamped
+from .material import AnyMaterial, steel, undamped
 from .mesh import elements_for, mesh_error
 from .preload import Preload, TorqueKind
 from .profile import Between, Rows, as_profile, rows_or_file, sections_between, within
@@ -48,27 +48,27 @@ class FiniteElementShaft(Composite, Carrying):
       number serves, `jr.linear.convergence` how well the whole machine is met.
     - `shear`, `rotary_inertia`: both on is Timoshenko's beam (shear coefficient by Cowper 1966), both off
       Bernoulli's. `gyroscopic`: whether its gyroscopic moments are taken; left out, as its rotary inertia.
-    - `axial_force` (N, tension positive), `torque` (N·m, positive where the right end is turned ahead): constant
-      loads, one for all sections or one for each, by what they do to bending: they raise or lower its
-      stiffness and couple its planes. Neither stretches nor twists it: `Force` and `Torque` do, and what is
-      told of stress and torque is of these alone.
+    - `axial_force` (N, tension positive), `torque` (N·m, positive where the right end is turned ahead):
+      constant loads, one for all sections or one for each, by what they do to bending: the force changes
+      its stiffness, the torque couples its planes. Neither stretches nor twists it: `Force` and `Torque` do,
+      and what is told of stress and torque is of these alone.
     - `torque_kind`: what the moments at both ends become where these tilt. `"semi-tangential"`: as all drives
-      and loads here turn, conservative. `"axial"`: fixed in space along z (Greenhill 1883; Zorzi & Nelson 1980;
-      ROSS). `"follower"`: along the shaft's own end. The latter two do work on the tilts, which the energy audit
-      counts as put in; a cantilever under them flutters.
+      and loads here turn, conservative. `"axial"`: fixed in space along z (Greenhill 1883; Zorzi & Nelson
+      1980; ROSS). `"follower"`: along the shaft's own end. The latter two do work on the tilts, which the
+      energy audit counts as put in; a cantilever under them flutters.
     - `material`, `rayleigh`, `damping`, `twist`: as for `Shaft`; M of the damping is the mass itself.
 
-    Mass is consistent: it couples the accelerations of neighbours. Signs: dx/dz = +theta, dy/dz = -psi. Damping
-    `beta K` is of the elastic stiffness alone. A shaft with a torque keeps all its stations (`Machine.reduced`).
-    Source: Nelson, J. Mech. Des. 102 (1980) 793; Zorzi & Nelson, ibid. 158; Friswell et al., Dynamics of
-    Rotating Machines (2010), ch. 5; energy with large spin, loads: `docs/physics.md`.
+    Mass is consistent: it couples the accelerations of neighbours. Signs: dx/dz = +theta, dy/dz = -psi.
+    Damping `beta K` is of the elastic stiffness alone. A shaft with a torque keeps all its stations
+    (`Machine.reduced`). Source: Nelson, J. Mech. Des. 102 (1980) 793; Zorzi & Nelson, ibid. 158; Friswell et
+    al., Dynamics of Rotating Machines (2010), ch. 5; energy with large spin, loads: `docs/physics.md`.
     """
 
     length: Sections = by_section(positive=True)
     diameter: Sections = by_section(positive=True)
     inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
     end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
-    material: ShaftMaterial = steel()
+    material: AnyMaterial = steel()
     rayleigh: Float[Array, "2"] = undamped()
     elements: int | Literal["auto"] = option(_count, default=8)
     shear: bool = eqx.field(static=True, default=True)
@@ -119,13 +119,12 @@ class FiniteElementShaft(Composite, Carrying):
         a position, for diameters that cannot be, and for positions off the profile, with the row.
         """
         rows = as_profile(rows_or_file(profile))
-        ends = [
-            float(rows.positions[i]) if at is None else within(rows, at, name)
-            for i, at, name in ((0, start, "start"), (-1, stop, "stop"))
-        ]
-        if not ends[1] > ends[0]:
-            raise InputError(f"stop must lie behind start, but is {ends[1]:g} after {ends[0]:g} m")
-        found = sections_between(rows, *ends, between, longest)
+        low, high = float(rows.positions[0]), float(rows.positions[-1])
+        low = low if start is None else within(rows, start, "start")
+        high = high if stop is None else within(rows, stop, "stop")
+        if not high > low:
+            raise InputError(f"stop must lie behind start, but is {high:g} after {low:g} m")
+        found = sections_between(rows, low, high, between, longest)
         for name in found:
             if name in options:
                 raise InputError(f"{name} comes from the profile: leave it out")
@@ -164,7 +163,7 @@ class FiniteElementShaft(Composite, Carrying):
         K, M, G = jax.vmap(lambda s: s.matrices(), in_axes=-1, out_axes=-1)(segments)
         count = self.inner + 1
         rayleigh = jnp.broadcast_to(self.rayleigh[:, None], (2, count))
-        kind = BeamElement if self.torque is None else TwistedBeamElement
+        kind: Any = BeamElement if self.torque is None else TwistedBeamElement
         element = kind(segments, K, M, G, rayleigh, self._preload(), self.damping, self.twist)
         ends = (LEFT, *range(count - 1)), (*range(count - 1), RIGHT)
         stations = ((Node(), count - 1),) if count > 1 else ()

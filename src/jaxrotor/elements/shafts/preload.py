@@ -1,11 +1,11 @@
 """What a constant axial force and a constant torque do to the bending of a piece of shaft.
 
-The force P (tension positive) goes along the centre line, so that its potential is `P (x'² + y'²)/2` a metre
-(Nelson, J. Mech. Des. 102 (1980) 793; with shear this is Engesser's column). The torque T turns about the axis
-of the sections: the twist of a section that also tilts is `chi' + (psi' theta - psi theta')/2` a metre to
-second order, so that its potential is `T (psi' theta - psi theta')/2` where the moments at the ends are
-semi-tangential, as all torques about the axis are here. Moments of another kind add circulatory moments at
-both ends (Ziegler, Principles of Structural Stability (1968), sec. 5; Zorzi & Nelson, J. Mech. Des. 102 (1980)
+The force P (tension positive) goes along the centre line, so that its potential is `P (x'² + y'²)/2` a
+metre (Nelson, J. Mech. Des. 102 (1980) 793; with shear this is Engesser's column). The torque T turns about
+the axis of the sections: the twist of a section that also tilts is `chi' + (psi' theta - psi theta')/2` a
+metre to second order, so that its potential is `T (psi' theta - psi theta')/2` where the moments at the ends
+are semi-tangential, as all torques about the axis are here. Moments of another kind add circulatory moments
+at both ends (Ziegler, Principles of Structural Stability (1968); Zorzi & Nelson, J. Mech. Des. 102 (1980)
 158, whose torque is axial).
 """
 
@@ -70,5 +70,7 @@ class Preload(eqx.Module):
         """W, of what the moments at both ends have beyond semi-tangential ones."""
         if self.torque is None:
             return jnp.zeros(())
-        swept = [q[4] * v[3] - q[3] * v[4] for q, v in motions]  # twice what the axis sweeps in a second
+        swept = [
+            q[4] * v[3] - q[3] * v[4] for q, v in motions
+        ]  # twice what the axis sweeps in a second
         return 0.5 * _BEYOND[self.kind] * self.torque * (swept[1] - swept[0])

@@ -9,9 +9,10 @@ from typing import Any, Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
-from ...core.arguments import path as path_like, short, text
+from ...core.arguments import path as path_like, real_array, short, text
 from ...core.errors import InputError
 from ...core.gate import takes
 from ...core.parameter import known
@@ -28,8 +29,8 @@ class Profile(NamedTuple):
     """Positions (m, known numbers, rising; two alike make a step), diameters and bores there."""
 
     positions: np.ndarray
-    diameters: Array
-    bores: Array
+    diameters: np.ndarray | Array
+    bores: np.ndarray | Array
 
 
 def as_profile(rows: Any, place: str = "profile") -> Profile:
@@ -43,22 +44,17 @@ def as_profile(rows: Any, place: str = "profile") -> Profile:
             f"{place} must be two rows at least of (position, diameter) or (position, diameter, bore) in m, "
             f"but is {short(rows)}"
         )
-    columns = []
-    for i, name in enumerate(_COLUMNS):
-        found = [row[i] if i < len(row) else 0.0 for row in given]
-        try:
-            column = jnp.stack([jnp.asarray(x, float) for x in found])
-        except (TypeError, ValueError):
-            column = jnp.zeros((0,))
-        if column.shape != (len(given),):
-            raise InputError(f"{place}: each {name} must be one number in m")
-        columns.append(column)
-    positions, diameters, bores = (known(x) for x in columns)
-    if positions is None:
+    columns = [
+        _column([row[i] if i < len(row) else 0.0 for row in given], f"{place}: each {name}")
+        for i, name in enumerate(_COLUMNS)
+    ]
+    positions = columns[0]
+    if not isinstance(positions, np.ndarray):
         raise InputError(
             f"{place}: positions must be numbers, but are being traced: build the shaft outside of `jit` and "
             "change its lengths by machine.set"
         )
+    diameters, bores = (x if isinstance(x, np.ndarray) else known(x) for x in columns[1:])
     for k in range(len(given)):
         where = f"{place}, row {k + 1}"
         if not np.isfinite(positions[k]):
@@ -73,15 +69,30 @@ def as_profile(rows: Any, place: str = "profile") -> Profile:
             )
         if diameters is not None and not 0 < diameters[k] < np.inf:
             raise InputError(f"{where}: diameter must be positive, but is {diameters[k]:g} m")
-        both = diameters is not None and bores is not None
-        if both and not 0 <= bores[k] < diameters[k]:
+        if diameters is None or bores is None:
+            continue
+        if not 0 <= bores[k] < diameters[k]:
             raise InputError(
-                f"{where}: bore must be smaller than the diameter and not negative, but is {bores[k]:g} against "
+                f"{where}: bore must be smaller than the diameter and not negative, but is {bores[k]:g} "
+                f"against "
                 f"{diameters[k]:g} m"
             )
     if positions[0] == positions[-1]:
         raise InputError(f"{place} has no length: all rows stand at {positions[0]:g} m")
     return Profile(positions, *columns[1:])
+
+
+def _column(values: list[Any], place: str) -> np.ndarray | Array:
+    """NumPy's where all are known: inside `jit` JAX would trace them."""
+    numbers = [known(x) if isinstance(x, Array) else x for x in values]
+    if any(x is None for x in numbers):
+        return jnp.stack([jnp.asarray(x, float) for x in values])
+    found = real_array(numbers)
+    if found is None or found.shape != (len(values),):
+        raise InputError(f"{place} must be one number in m")
+    if any(isinstance(x, Tracer) for x in values):  # derived by, with numbers behind
+        return jnp.stack([jnp.asarray(x, float) for x in values])
+    return found.astype(float)
 
 
 def sections_between(
@@ -105,15 +116,15 @@ def sections_between(
             ends.append((k, a, b))
         lengths += [(high - low) / count] * count
 
-    def across(values: Array) -> tuple[Array, Array | None]:
+    def across(values: Any) -> tuple[Any, Any]:
+        xp: Any = np if isinstance(values, np.ndarray) else jnp
         if between == "cylinders":
-            return jnp.stack([values[k] for k, _, _ in ends]), None
+            return xp.stack([values[k] for k, _, _ in ends]), None
         left, right = (
-            jnp.stack([values[e[0]] * (1 - e[i]) + values[e[0] + 1] * e[i] for e in ends])
+            xp.stack([values[e[0]] * (1 - e[i]) + values[e[0] + 1] * e[i] for e in ends])
             for i in (1, 2)
         )
-        numbers = known(jnp.stack([left, right]))
-        straight = numbers is not None and np.allclose(numbers[0], numbers[1], rtol=1e-12, atol=0)
+        straight = xp is np and np.allclose(left, right, rtol=1e-12, atol=0)
         return left, None if straight else right
 
     (outer, end_outer), (bore, end_bore) = map(across, (profile.diameters, profile.bores))
@@ -134,7 +145,9 @@ def within(profile: Profile, position: Any, place: str) -> float:
     except (TypeError, ValueError):
         raise InputError(f"{place} must be a number in m, but is {short(position)}") from None
     if not low - _SAME * (high - low) <= found <= high + _SAME * (high - low):
-        raise InputError(f"{place} must lie on the profile, {low:g} to {high:g} m, but is {found:g} m")
+        raise InputError(
+            f"{place} must lie on the profile, {low:g} to {high:g} m, but is {found:g} m"
+        )
     return min(max(found, low), high)
 
 
@@ -154,7 +167,9 @@ def read_profile(file: str | os.PathLike[str], unit: str | None = None) -> np.nd
         raise InputError(f"`{file}`: cannot be read as a profile: {error}") from None
     told = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and line[0] != "#"]
     if len(told) < 3:
-        raise InputError(f"`{place}`: needs a line of names and two rows at least: position, diameter, bore")
+        raise InputError(
+            f"`{place}`: needs a line of names and two rows at least: position, diameter, bore"
+        )
     head = told[0][1]
     mark = next((m for m in (";", "\t") if m in head), ",")
     first, *rows = csv.reader([line for _, line in told], delimiter=mark)
@@ -169,13 +184,15 @@ def read_profile(file: str | os.PathLike[str], unit: str | None = None) -> np.nd
         size = None if given is None else factor(given, "m")
         if size is None:
             raise InputError(
-                f"`{place}`: column {name} must name its unit of length, such as `{name} [mm]`, but is `{title.strip()}`"
+                f"`{place}`: column {name} must name its unit of length, such as `{name} [mm]`, but is "
+                f"`{title.strip()}`"
             )
         columns[name] = i, size
     for name in _COLUMNS[:2]:
         if name not in columns:
             raise InputError(
-                f"`{place}`: has no column {name}: its first line is `{head}`, write `position [mm]{mark} diameter [mm]`"
+                f"`{place}`: has no column {name}: its first line is `{head}`, write "
+                f"`position [mm]{mark} diameter [mm]`"
             )
     out = np.zeros((len(rows), 3))
     for j, ((line, _), row) in enumerate(zip(told[1:], rows)):

@@ -43,9 +43,17 @@ def line_from_profile(
     checked = as_profile(rows)
     placed: list[tuple[float, str, Any]] = []
     for key, given in stations.items():
-        if not isinstance(given, tuple) or len(given) != 2 or not isinstance(given[1], AbstractStation):
-            raise InputError(f"stations: `{key}` must be (position in m, a station), but is {given!r}")
-        placed.append((within(checked, given[0], f"stations: the position of `{key}`"), key, given[1]))
+        if (
+            not isinstance(given, tuple)
+            or len(given) != 2
+            or not isinstance(given[1], AbstractStation)
+        ):
+            raise InputError(
+                f"stations: `{key}` must be (position in m, a station), but is {given!r}"
+            )
+        placed.append(
+            (within(checked, given[0], f"stations: the position of `{key}`"), key, given[1])
+        )
     low, high = float(checked.positions[0]), float(checked.positions[-1])
     ends = [(low, f"{name} left end"), (high, f"{name} right end")]
     for at, key in ends:

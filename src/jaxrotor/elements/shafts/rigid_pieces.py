@@ -12,7 +12,7 @@ from ...core.part import option
 from ...core.protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from ..rotors.added_inertia import AddedInertia
 from ..rotors.body import RigidBody
-from .material import ShaftMaterial, steel, undamped
+from .material import AnyMaterial, ShaftMaterial, steel, undamped
 from .section import Shaft
 from .segment import MOST_ELEMENTS
 from .stepped import Sections, by_section, cut, section_faults, sections
@@ -38,7 +38,7 @@ class RigidElementShaft(Composite, Carrying):
     diameter: Sections = by_section(positive=True)
     inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
     end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
-    material: ShaftMaterial = steel()
+    material: AnyMaterial = steel()
     rayleigh: Float[Array, "2"] = undamped()
     elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
