@@ -7,8 +7,9 @@ S cos kz, both e^(iwt)):
     (kGA k² + P k² - rA w²) (EI k² + kGA - rI (w² - 2 W w)) = (kGA k)²
 
 At the buckling load (Engesser's, below Euler's, for the shaft yields to shear) the first backward whirl comes
-to rest. Right: thrust and torque that buckle it together, by `jr.linear.buckling_factor` along rays, for the three kinds of moment at its ends, with Greenhill's parabola
-(T/2EI)² + P/EI = (pi/L)² for axial ones. It prints the worst error of each against its closed form.
+to rest. Right: thrust and torque that buckle it together, by `jr.linear.buckling_factor` along rays, for the
+three kinds of moment at its ends, with Greenhill's parabola (T/2EI)² + P/EI = (pi/L)² for axial ones. It
+prints the worst error of each against its closed form.
 
     python experiments/loaded_shaft.py [--out results/loaded_shaft]
 

@@ -163,8 +163,10 @@ def column(n, load, speed, shear, rotary, turning):
     return np.sort(2e4 * roots[abs(roots.imag) < 1e-9].real)
 
 
-@pytest.mark.parametrize("load", [-0.5, 2.0])
-@pytest.mark.parametrize("rotary, turning", [(True, True), (True, False), (False, True)])
+@pytest.mark.parametrize(
+    "load, rotary, turning",
+    [(-0.5, True, True), (2.0, True, True), (-0.5, True, False), (2.0, False, True)],
+)
 def test_a_rotating_column(load, rotary, turning):
     """Forward and backward whirl of the first two waves at 2000 rad/s against the closed form, with
     gyroscopic moments and rotary inertia together and each without the other; errors by h² and h⁴ taken out
@@ -282,3 +284,30 @@ def test_a_shaft_with_torque_keeps_its_stations():
 def test_what_is_refused(call, sentence):
     with pytest.raises(jr.InputError, match=sentence):
         call(loaded())
+
+
+def test_stations_follow_in_a_shaft_under_axial_force():
+    """Natural frequencies of the reduced machine to what it says of itself; a run of stations that buckles
+    between its ends cannot follow them, and stays."""
+    machine = jr.Machine.in_line(
+        {
+            "left": jr.Node(),
+            "shaft": shaft(20, axial_force=-0.3 * EULER),
+            "disc": jr.Rotor(10.0, 0.1, 0.06),
+        },
+        fixed={"left": ("x", "y", "z", "psi", "theta")},
+    )
+    reduced = machine.reduced(up_to=500.0, speed=300.0)
+    error = reduced.wiring.condensation.error
+    assert 0 < error < 1e-6 and reduced.wiring.condensation.spans
+    found, full = (
+        jr.linearize(m, 300.0, at="undeformed").natural_frequencies[:4]
+        for m in (reduced, machine.full())
+    )
+    np.testing.assert_allclose(found, full, rtol=error + 1e-9)
+    bare = jr.linearize(
+        machine.set({"shaft.axial_force": 0.0}).full(), 300.0, at="undeformed"
+    ).natural_frequencies
+    assert float(bare[0] / full[0]) > 1.1
+    pressed = machine.set({"shaft.axial_force": -5 * EULER})
+    assert not pressed.reduced(up_to=500.0, speed=300.0).wiring.condensation.spans

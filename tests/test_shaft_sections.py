@@ -337,8 +337,9 @@ def test_bad_files(tmp_path, old, new, sentence):
         jr.elements.read_profile(tmp_path / "rotor.csv")
 
 
-# GPa at what °C: as printed, for steel by ASME II-D TM-1, for the others MMPDS's modulus times its figure's
-part.PRINTED = {
+# GPa at what °C: as printed, for steel by ASME II-D TM-1, for the others MMPDS's modulus times the figure's
+# part of it.
+PRINTED = {
     "S355": [(-75, 209), (25, 202), (200, 192), (550, 137)],
     "X5CrNi18-10": [(25, 195), (400, 169), (700, 140)],
     "42CrMo4": [(26.85, 200 * 1.001), (226.85, 200 * 0.942), (426.85, 200 * 0.828)],
