@@ -6,6 +6,7 @@ from typing import Any
 from ...core.arguments import choice, mapping, positive, text
 from ...core.errors import InputError
 from ...core.gate import takes
+from ...core.parameter import known
 from ...core.protocol import AbstractElement, AbstractStation
 from ..rotors.node import Node
 from ..rotors.rotor import Rotor
@@ -82,4 +83,12 @@ def line_from_profile(
 def _reach(station: Any) -> tuple[float, float]:
     """How far it reaches to the left and to the right, m."""
     ends = station.ends if isinstance(station, Rotor) else None
-    return (0.0, 0.0) if ends is None else (float(ends[0]), float(ends[1]))
+    if ends is None:
+        return 0.0, 0.0
+    numbers = known(ends)
+    if numbers is None:
+        raise InputError(
+            "stations: the ends of a Rotor must be numbers, but are being traced: build the line outside of "
+            "`jit`"
+        )
+    return float(numbers[0]), float(numbers[1])

@@ -26,9 +26,10 @@ class RigidElementShaft(Composite, Carrying):
     The springs have the bending, shear, axial and torsional compliance of their piece (12 EI/L³ across
     and EI/L about a spring in the middle is the beam's own matrix), so statics is exact; masses are
     rigid rods with six exact degrees of freedom each, the end ones added to the adjoining stations.
-    Converges with the square of the piece's length. Arguments as for `FiniteElementShaft`; tapered
-    sections become steps; without `rotary_inertia` the sections' own is left out of the bodies (what is
-    left is that of their length, which vanishes with it). Inner stations are `"shaft.1"`, `"shaft.2"`, ...
+    Converges with the square of the piece's length. Arguments as for `FiniteElementShaft`, which alone
+    takes loads; tapered sections become steps; without `rotary_inertia` the sections' own is left out of the
+    bodies (what is left is that of their length, which vanishes with it). Inner stations are `"shaft.1"`,
+    `"shaft.2"`, ...
 
     Source: Kruszewski et al., Metoda sztywnych elementów skończonych (1975); Wittbrodt, Adamiec-Wójcik,
     Wojciech, Dynamics of Flexible Multibody Systems: Rigid Finite Element Method (2006), ch. 2.
