@@ -164,6 +164,7 @@ PARTS: dict[str, tuple] = {
     "Imperfection": (lambda x: station(jr.Rotor(6.0, 0.02, 0.01, imperfection=x)), (1e-5,)),
     "Misalignment": (lambda x: joint(jr.Coupling(SIX, misalignment=x)), (1e-5,)),
     "Material": (lambda x: joint(jr.Shaft(0.2, 0.012, material=x)), (2e11, 8e10, 7850.0)),
+    "NamedMaterial": (lambda x: joint(jr.Shaft(0.2, 0.012, material=x)), ("42CrMo4",)),
     "BallDefect": (defect, (0.0, 0.1, 1e-5)),
     "InnerRaceDefect": (defect, (0.0, 0.1, 1e-5)),
     "OuterRaceDefect": (defect, (0.0, 0.1, 1e-5)),
@@ -445,6 +446,15 @@ def functions(machine, model, response, found, record):
             dict(response=response, station="main", pulses=8),
             dict(response="object", station="station", pulses="count"),
         ),
+        "buckling_factor": (
+            dict(machine=line(jr.Node(), jr.FiniteElementShaft(0.2, 0.02, elements=1, axial_force=-1.0))),
+            dict(machine="machine", at="at"),
+        ),
+        "line_from_profile": (
+            dict(profile=[(0.0, 0.02), (0.3, 0.02)], stations={"a": (0.1, jr.Node())}),
+            dict(stations="object", name="text", between="choice", longest="positive"),
+        ),
+        "read_profile": (dict(file="nowhere.csv"), dict(file="object", unit="text")),
         "keyway": (
             dict(diameter=0.05, width=0.01, depth=0.005),
             dict(diameter="positive", width="positive", depth="positive", angle="number"),

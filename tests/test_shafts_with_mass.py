@@ -403,7 +403,7 @@ def test_results_of_inner_stations():
         (dict(s=jr.Shaft(0.1, 0.02)), "`a`: has no mass of its own and no shaft with mass"),
         (
             dict(s=jr.FiniteElementShaft([0.1, 0.2], [0.02, 0.02, 0.03])),
-            "`s`: length, diameter, inner_diameter and end_diameter must be numbers or equally",
+            "`s`: what is given for each section must be numbers or equally long lists, but length has 2",
         ),
         (
             dict(s=jr.FiniteElementShaft(0.1, 0.02, end_diameter=0.01, inner_diameter=0.012)),

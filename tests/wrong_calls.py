@@ -69,6 +69,17 @@ def named():
         "no arguments": lambda: jr.Rotor(),
         "force towards nowhere": lambda: attached(jr.Force(1.0, direction=(0, 0, 0))),
         "balls that cannot fit": lambda: attached(jr.RollingBearing(1e9, 0.01, 0.05, balls=20)),
+        "profile of one row": lambda: jr.FiniteElementShaft.from_profile([(0.0, 0.02)]),
+        "profile of text": lambda: jr.FiniteElementShaft.from_profile([("a", "b"), ("c", "d")]),
+        "profile of None": lambda: jr.FiniteElementShaft.from_profile(None),
+        "profile in no file": lambda: jr.FiniteElementShaft.from_profile("nowhere.csv"),
+        "profile back": lambda: jr.FiniteElementShaft.from_profile([(0.1, 0.02), (0.0, 0.02)]),
+        "profile off its end": lambda: jr.FiniteElementShaft.from_profile(
+            [(0.0, 0.02), (0.1, 0.02)], stop=0.2
+        ),
+        "metal of no table": lambda: jr.Material.named("42CrMo5"),
+        "metal too hot": lambda: jr.Material.named("42CrMo4", 1200.0),
+        "metal of None": lambda: jr.Material.named(None),
         "rotor without a diameter": lambda: jr.Rotor.from_dimensions(0.0, 0.1, 7850.0),
         "rotor of text": lambda: jr.Rotor.from_dimensions(0.2, 0.1, "steel"),
         "rotor that is all bore": lambda: jr.Rotor.from_dimensions(0.2, 0.1, 7850.0, bore=0.2),

@@ -212,6 +212,43 @@ def whirl():
     return rows
 
 
+def loads():
+    import test_shaft_loads as t
+
+    unit = t.E * t.MOMENT / t.L
+    pinned = 2 * t.brentq(lambda a: np.tan(a) + a / 3, 1.6, 3.1)
+    axial, thrust = dict(torque=1.0, torque_kind="axial"), dict(axial_force=-1.0)
+    return [
+        ("pinned, thrust (Euler), pi² EI/L²", 1.0, t.critical(elements=16, **thrust) / t.EULER),
+        (
+            "pinned, axial torque (Greenhill), EI/L",
+            2 * np.pi,
+            t.critical(elements=16, **axial) / unit,
+        ),
+        (
+            "pinned, semi-tangential torque, EI/L",
+            pinned,
+            t.critical(elements=16, torque=1.0) / unit,
+        ),
+        (
+            "cantilever, semi-tangential torque (Beck), EI/L",
+            np.pi,
+            t.critical(t.CLAMPED, 16, torque=1.0) / unit,
+        ),
+    ]
+
+
+def cones():
+    import test_shaft_sections as t
+
+    rows = []
+    for ratio, elements in ((0.5, 16), (1e-3, 60)):
+        ours = t.lowest(t.cone(0.05, 0.05 * ratio, elements=elements), 3) / t.unit(0.05)
+        for k, (exact, found) in enumerate(zip(t.exact_cone(ratio, 3), ours)):
+            rows.append((f"diameters 1 to {ratio:g}, mode {k + 1}", exact, found))
+    return rows
+
+
 def run_up():
     from test_published import RUN_UP, jeffcott
 

@@ -80,6 +80,12 @@ CASES = {
         Case("Beams and bars", "Genta 2008, p. 286; Rao: closed forms", published.beams,
              "The meshes' own errors, no more: (beta h)⁴/1440 of 16 cubic elements in bending, (beta h)²/24 of 20 linear ones in "
              "torsion and tension. The second bending mode of eight cubic elements would miss 1e-4 by this law, whoever wrote them.", quick=False),
+        Case("Shafts under thrust and torque",
+             "Euler; Greenhill 1883; Beck 1955 and Ziegler 1968: closed forms", published.loads,
+             "16 elements, from above by (n pi h/L)⁴/720. The moment at the ends decides: axial, fixed in space, or semi-tangential.", quick=False),
+        Case("Conical cantilevers, w L² sqrt(rho A/EI)",
+             "Kirchhoff 1879; Conway, Becker & Dubil 1964: Bessel functions", published.cones,
+             "16 and 60 elements. The whole cone's are 8.719, 21.15 and 38.45.", quick=False),
         Case("Disc with static and dynamic unbalance, whirling", "Friswell et al. (2010), s. 6.2; closed form", published.whirl,
              "By `unbalance_response`. A run in time with the whole unbalance (tilt 0.017 rad) differs by 3e-4: what a linear formula "
              "leaves out, of second order in the tilt."),
@@ -127,7 +133,7 @@ REST = """## Of other kinds
   the ones with which all of this holds ([the paper's machine](physics.md#the-papers-machine)).
 - **ROSS 2.3**: natural frequencies of three of its example rotors at five speeds to 1e-6, unbalance responses to 1e-5 (`tests/test_ross.py`). What is not
   alike: mass-proportional damping does not brake the spin there; tapered elements take means of both ends in axial and torsional motion,
-  integrals here; tables of coefficients are extrapolated there, held here.
+  integrals here, and the middle section's shear coefficient; a torque acts about the centre line there, about the sections' axis here; tables of coefficients are extrapolated there, held here.
 - **CVODE, IDA, LSODA, Radau** on equations written anew: [benchmarks](benchmarks.md).
 - **Torsional modulation** (Verichev et al., J. Sound Vib. 329 (2010) 13): sidebands of a whirl whose speed is modulated, by Bessel functions, to 1e-9;
   **nutation** of a free rotor (Goldstein) to 1e-10; **conservation** of energy and momenta (`tests/test_published.py`).

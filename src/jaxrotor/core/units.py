@@ -24,6 +24,11 @@ _POWER = re.compile(r"(\*\*|\^)\s*(\(?\s*[+-]?\d{1,2}(\.\d{1,4})?(\s*/\s*\d{1,2}
 _LONGEST = 80
 # Levels, not numbers of anything: their values do not add.
 _LEVELS = ("dB", "dBm", "dBu", "Np", "neper", "decibel", "bel", "B")
+# Scales of temperature that begin elsewhere: their degree in K, and what is to be added first.
+_FROM_ZERO = {
+    **dict.fromkeys(("degC", "°C", "celsius"), (1.0, 273.15)),
+    **dict.fromkeys(("degF", "°F", "fahrenheit"), (5 / 9, 459.67)),
+}
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "μ": "µ"})
 
 # Candidates for "did you mean": what the units of machines are usually written in.
@@ -94,6 +99,8 @@ def factor(given: str, unit: str) -> float | None:
 
     An angle below the line may be left out (`N*m` for `N*m/rad`), one above it may not.
     """
+    if given.strip() in _FROM_ZERO and given.strip() != unit:
+        return None  # its zero is elsewhere
     a, have = _base(given)
     b, want = _base(unit)
     if "radian" not in have and want.get("radian", 0.0) < 0:
@@ -139,6 +146,9 @@ def read(value: Any, unit: str) -> float:
         close = _nearest(written, unit)
         guess = f'did you mean "{match[1]} {close}"?' if close else _write(1.0, unit)
         raise ValueError(f'has the unknown unit "{written}", in {shown(value)}: {guess}')
+    if unit == "K" and written.strip() in _FROM_ZERO:
+        scale, zero = _FROM_ZERO[written.strip()]
+        return (number + zero) * scale
     scale = factor(written, unit)
     if scale is None:
         raise ValueError(_mismatch(number, written, value, unit))

@@ -90,5 +90,8 @@ from .shafts.crack import (
 from .shafts.defect import AbstractShaftDefect as AbstractShaftDefect, ShaftDefects as ShaftDefects
 from .shafts.finite import FiniteElementShaft as FiniteElementShaft
 from .shafts.material import STEEL as STEEL, Material as Material
+from .shafts.profile import read_profile as read_profile
+from .shafts.profile_line import line_from_profile as line_from_profile
+from .shafts.named_material import NamedMaterial as NamedMaterial
 from .shafts.rigid_pieces import RigidElementShaft as RigidElementShaft
 from .shafts.section import Shaft as Shaft

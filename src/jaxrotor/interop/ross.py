@@ -55,16 +55,20 @@ def from_ross(
       holds where ROSS extrapolates. A table under a mass that does not turn goes by the speed of the shaft
       above.
 
-    In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS. Spur
-    gears of a `MultiRotor` become a `GearMesh`, `"mesh"`, with ROSS's stiffness; the driven shaft turns the
-    other way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables
+    Spur gears of a `MultiRotor` become a `GearMesh`, `"mesh"`, with ROSS's stiffness; the driven shaft turns
+    the other way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables
     over frequency and speed become a `WhirlDependentSupport`.
+
+    Where they differ: in tapered elements the axial and torsional rows are integrals here, means of both ends
+    in ROSS, and the shear coefficient is that of every section, of the middle one in ROSS (a bore that tapers
+    alone: under 1 % of the element's stiffness). With shear, a torque acts about the axis of the sections
+    here, about the centre line's in ROSS: under a hundredth of what it does to a slender shaft. Internal
+    damping (`beta K`) is of the elastic stiffness here, of what axial force and torque add to it too in ROSS.
 
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
     gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or
-    mass coefficients between two nodes, axial force or torque in a shaft, Hutchinson's shear coefficient, a
-    tapered bore, gyroscopic moments without rotary inertia (or the reverse), a motor, modal damping of
-    the whole rotor. Raises `MissingExtraError` where ROSS is not installed.
+    mass coefficients between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole
+    rotor. Raises `MissingExtraError` where ROSS is not installed.
     """
     ross = _ross()
     if not isinstance(rotor, ross.Rotor):
@@ -320,21 +324,11 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
             f"a {type(shaft).__name__} cannot be carried, only shaft elements and couplings can",
         )
         return None
-    if shaft.axial_force or shaft.torque:
-        faults.add(name, "axial_force and torque within a shaft cannot be carried")
     if shaft.shear_effects and shaft.shear_method_calc != "cowper":
         faults.add(
             name,
             f"the shear coefficient must be Cowper's, but is {shaft.shear_method_calc}'s: "
             'build the element with shear_method_calc="cowper"',
-        )
-    if shaft.idl != shaft.idr:
-        faults.add(name, "a bore that tapers cannot be carried (idl must equal idr)")
-    if bool(shaft.gyroscopic) != bool(shaft.rotary_inertia):
-        faults.add(
-            name,
-            f"gyroscopic moments go with rotary inertia, but gyroscopic={shaft.gyroscopic} and "
-            f"rotary_inertia={shaft.rotary_inertia}: set both alike",
         )
     m = shaft.material
     return FiniteElementShaft(
@@ -347,6 +341,11 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
         elements=1,
         shear=bool(shaft.shear_effects),
         rotary_inertia=bool(shaft.rotary_inertia),
+        end_inner_diameter=None if shaft.idl == shaft.idr else as_float64(shaft.idr),
+        axial_force=as_float64(shaft.axial_force) if shaft.axial_force else None,
+        torque=as_float64(shaft.torque) if shaft.torque else None,
+        torque_kind="axial",
+        gyroscopic=bool(shaft.gyroscopic),
     )
 
 
@@ -354,8 +353,8 @@ def _bearing(
     ross: Any, bearing: Any, name: str, table_speeds: Any, faults: _Faults
 ) -> AbstractElement | None:
     # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
-    axes = {axis: getattr(bearing, axis, None) for axis in ("frequency", "speed")}
-    axes = {axis: np.asarray(x, float) for axis, x in axes.items() if np.size(x) > 1}
+    axes = {axis: np.atleast_1d(getattr(bearing, axis, None)) for axis in ("frequency", "speed")}
+    axes = {axis: x.astype(float) for axis, x in axes.items() if x.size > 1}
     massive = any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz"))
     words = None
     if isinstance(bearing, ross.MagneticBearingElement):

@@ -1,3 +1,4 @@
+from .buckling import buckling_factor as buckling_factor
 from .campbell import Campbell as Campbell, campbell as campbell
 from .cluster import Cluster as Cluster, decay_rate as decay_rate, pole_cluster as pole_cluster
 from .convergence import Convergence as Convergence, convergence as convergence

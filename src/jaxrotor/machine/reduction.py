@@ -64,7 +64,10 @@ def choose(
         trial = _Trial(shafts, counts)
         if not trial.spans:
             return None
-        errors = trial.errors(2 * np.pi * up_to, fastest)
+        try:
+            errors = trial.errors(2 * np.pi * up_to, fastest)
+        except np.linalg.LinAlgError:  # a run that buckles between its ends cannot follow them
+            return None
         error = float(errors.sum(axis=1).max(initial=0.0))
         if error <= tolerance:
             return Condensation(trial.spans, up_to, tolerance, fastest, error)

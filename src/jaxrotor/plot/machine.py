@@ -138,16 +138,16 @@ def _draw_connection(ax, drawing: Drawing, name, connector, ends, words) -> None
 
 def _draw_shaft(ax, shaft, z0, z1, y) -> None:
     """Section by section, tapers included."""
-    end = getattr(shaft, "end_diameter", None)
-    given = (shaft.length, shaft.diameter, shaft.diameter if end is None else end)
-    lengths, left, right, inner = np.broadcast_arrays(
-        *map(sections, (*given, shaft.inner_diameter))
-    )
+    given = [shaft.length]
+    for name in ("diameter", "inner_diameter"):
+        end = getattr(shaft, f"end_{name}", None)
+        given += [getattr(shaft, name), getattr(shaft, name) if end is None else end]
+    lengths, *across = np.broadcast_arrays(*map(sections, given))
     at = z0 + (z1 - z0) * np.concatenate([[0], np.cumsum(lengths)]) / np.sum(lengths)
-    for a, b, d0, d1, hole in zip(at, at[1:], left, right, inner):
+    for a, b, d0, d1, hole0, hole1 in zip(at, at[1:], *across):
         for widths, style in (
             ((d0, d1), dict(facecolor=_STEEL, edgecolor="black", lw=0.8)),
-            ((hole, hole), dict(facecolor="white", edgecolor=GREY, lw=0.5)),
+            ((hole0, hole1), dict(facecolor="white", edgecolor=GREY, lw=0.5)),
         ):
             if max(widths) > 0:
                 first, last = (w / 2 for w in widths)

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from ..core.errors import InputError
 from ..core.protocol import AbstractAttachment, AbstractPrescribed
 from ..core.quick import lightly_compiled
-from ..elements.shafts.finite import BeamElement
+from ..elements.shafts.beam_element import AbstractBeamElement
 from ..elements.shafts.section import Shaft
 from ..elements.shafts.twist import damped_rates
 from ..machine.field import Evaluation, unpack
@@ -226,7 +226,7 @@ class ShaftStress(AbstractSensor):
     def signal(self, response: Response) -> Float[Array, " nt"]:
         part = response[self.shaft]
         if not isinstance(part, ConnectorResponse) or not isinstance(
-            part._element, (Shaft, BeamElement)
+            part._element, (Shaft, AbstractBeamElement)
         ):
             raise InputError(f"`{self.shaft}`: is no shaft section: name a Shaft")
         return _stress(
@@ -237,13 +237,14 @@ class ShaftStress(AbstractSensor):
 @lightly_compiled
 def _stress(machine: Machine, t: Array, ev: Evaluation, name: str, mises: bool) -> Array:
     element, nodes, _ = part_of(machine, assemble(machine), name)
-    if isinstance(element, BeamElement):
-        outer, inner = element.segment.diameters, element.segment.inner_diameters
+    if isinstance(element, AbstractBeamElement):
+        outer, inner, K = element.segment.diameters, element.segment.inner_diameters, element.K
     else:
         outer, inner = (jnp.stack([d, d]) for d in (element.diameter, element.inner_diameter))
+        K = element.matrices()[0]
     polar = jnp.pi / 32 * (outer**4 - inner**4)
     area = jnp.pi / 4 * (outer**2 - inner**2)
-    K, beta = element.matrices()[0], element.rayleigh[1]
+    beta = element.rayleigh[1]
 
     def one(t, q, v):
         motions = tuple((q[:, i], v[:, i]) for i in nodes)

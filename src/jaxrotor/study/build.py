@@ -117,7 +117,7 @@ def _read(cls: type, field: dataclasses.Field, hint: Any, value: Any, context: C
     if members and isinstance(members[0], type) and issubclass(members[0], eqx.Module):
         return _read_modules(field, members[0], value, context)
     if modules:
-        return _read_module(cls, field, modules[0], value, context)
+        return _read_module(cls, field, _meant(modules, value), value, context)
     if float in options:
         return _read_number(field, value, context)
     for kind, words in ((bool, "true or false"), (int, "a whole number"), (str, "a text")):
@@ -167,6 +167,15 @@ def _read_modules(field: dataclasses.Field, base: type, value: Any, context: Con
     return FAILED if any(part is FAILED for part in parts) else tuple(parts)
 
 
+def _meant(modules: list[type], value: Any) -> type:
+    """Of several that may stand there, the one that has most of the table's keys."""
+
+    def shared(module: Any) -> int:
+        return len({*value} & {f.name for f in dataclasses.fields(module)})
+
+    return max(modules, key=shared) if isinstance(value, dict) else modules[0]
+
+
 def _read_module(
     cls: type, field: dataclasses.Field, base: type, value: Any, context: Context
 ) -> Any:
@@ -182,9 +191,16 @@ def _read_module(
         fitting = {n: c for n, c in public_constants().items() if isinstance(convert(c), base)}
         if value.strip().lower() in fitting:
             return fitting[value.strip().lower()]
-        if fitting:
+        by_name = field.metadata.get("by_name")
+        if by_name is not None:
+            try:
+                return by_name(value)
+            except InputError:
+                pass  # told with all names that may stand here
+        names = [*fitting, *field.metadata.get("named", ())]
+        if names:
             words = f"must be one of those known or a table, but is {shown(value)}"
-            return context.fault(field.name, f"{words}{guess(value, fitting)}")
+            return context.fault(field.name, f"{words}{guess(value, names)}")
     inside = ", ".join(f.name for f in dataclasses.fields(base)) or 'kind = "..."'
     return context.fault(
         field.name,

@@ -18,12 +18,14 @@ from .build import FAILED, Context, build_element
 from .constraints import read_fixed, read_prescribed
 from .kinds import find_kind
 from .mistakes import Faults, guess
+from .profile import profile_line, profile_name, read_position
 
 # Not a class: what a file of coefficients becomes, `read_coefficients` says.
 COEFFICIENTS = "Coefficients"
 _KEYS = (
     "line",
     "attachments",
+    "profile",
     "elements",
     "connections",
     "gravity",
@@ -42,6 +44,7 @@ class MachineReader:
         self.stations: list[str] = []  # names that may be wired to, as far as is known
         self.line: list[str] = []
         self.attached: dict[str, Any] = {}  # name -> its place or places
+        self.positions: dict[str, float] = {}  # of stations on a profile, m
 
     def read(self) -> Machine | None:
         if not isinstance(self.table, dict):
@@ -57,6 +60,7 @@ class MachineReader:
                 "machine", f"needs either [[machine.line]] or [machine.elements], but {given} given"
             )
         self._named_list("line", (AbstractStation, AbstractConnector))
+        self._profile()
         self._elements()
         self._named_list("attachments", (AbstractAttachment,))
         connections = self._connections()
@@ -115,9 +119,62 @@ class MachineReader:
                 if name is not None:
                     self.attached[name] = at
             else:
+                position = read_position(rest, place, self.faults)
                 self._part(place, name, rest, bases)
                 if name is not None:
                     self.line.append(name)
+                    if position is not None:
+                        self.positions[name] = position
+
+    def _profile(self) -> None:
+        """Draws the shaft between the stations that stand on it, and its ends."""
+        if "profile" not in self.table:
+            for name in self.positions:
+                self.faults.add(f'line "{name}"', "position goes with a [machine.profile]: add one")
+            return
+        if not self.positions:
+            self.faults.add(
+                "profile", 'nothing stands on it: give stations of the line a position = "..."'
+            )
+            return
+        places = [i for i, name in enumerate(self.line) if name in self.positions]
+        first, last = places[0], places[-1]
+        for name in self.line[first : last + 1]:
+            if name not in self.positions:
+                self.faults.add(
+                    f'line "{name}"',
+                    "stands between stations that have a position: give it one, or move it",
+                )
+        for i in (first - 1, last + 1):
+            beside = self.line[i] if 0 <= i < len(self.line) else None
+            if isinstance(self.parts.get(beside or ""), AbstractStation):
+                self.faults.add(
+                    f'line "{beside}"', "stands beside the profile without a position: give it one"
+                )
+        on_it = {
+            name: (at, self.parts[name])
+            for name, at in self.positions.items()
+            if isinstance(self.parts[name], AbstractStation)
+        }
+        for name in self.positions:
+            if name not in on_it and self.parts[name] is not FAILED:
+                self.faults.add(f'line "{name}"', "only a station has a position: leave it out")
+        drawn = profile_line(self.table["profile"], on_it, self.faults, self.folder)
+        if drawn is None:  # what it would have made is not told again
+            made = profile_name(self.table["profile"])
+            numbers = range(1, len(on_it) + 2)
+            self.stations += [made, *(f"{made} {k}" for k in numbers)]
+            self.stations += [f"{made} left end", f"{made} right end"]
+            return
+        for name, part in drawn.items():
+            if name in on_it:
+                continue
+            if name in self.parts:
+                self.faults.add("profile", f'makes a "{name}", which is there already: rename one')
+            self.parts[name] = part
+            inner = range(part.inner) if isinstance(part, Composite) else None
+            self.stations += [name] if inner is None else [f"{name}.{k + 1}" for k in inner]
+        self.line[first : last + 1] = drawn
 
     def _name(self, place: str, name: Any, prefix: str = "") -> bool:
         if not isinstance(name, str) or not name.strip():

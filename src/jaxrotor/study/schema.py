@@ -10,6 +10,7 @@ from ..core.protocol import (
     AbstractStation,
 )
 from ..core.version import installed_version
+from ..elements.shafts.finite import FiniteElementShaft
 from ..identification.loss import LOSSES
 from ..profiles.motion import AbstractMotion
 from ..sensors.channel import Channel
@@ -19,6 +20,7 @@ from .cases import _METHODS
 from .diagnosis import KINDS as DIAGNOSES
 from .machine import COEFFICIENTS
 from .measures import MEASURES
+from .profile import OPTIONS as PROFILE_OPTIONS
 from .read_standards import _LIMITS
 from .schema_parts import Definitions, Schema, closed, listed, quantity
 from .settings import Automatic, SimulationSection
@@ -80,8 +82,9 @@ def _coefficients(more: Schema, needed: list[str]) -> Schema:
 
 def _machine(parts: Definitions) -> Schema:
     name = {"name": {**TEXT, "description": "without a dot"}}
+    position = {"position": quantity("m", "where a station stands on the profile")}
     at = {"anyOf": [TEXT, NAMES], "description": "the station it acts on; or two"}
-    line = parts.kinds((AbstractStation, AbstractConnector), name, ["name"])
+    line = parts.kinds((AbstractStation, AbstractConnector), {**name, **position}, ["name"])
     loads = parts.kinds(AbstractAttachment, {**name, "at": at}, ["name", "at"])
     element = parts.kinds(AbstractElement)
     loads["anyOf"].append(_coefficients({**name, "at": at}, ["name", "at"]))
@@ -95,6 +98,7 @@ def _machine(parts: Definitions) -> Schema:
         {
             "line": {**listed(line, 1), "description": "the machine, from left to right"},
             "attachments": listed(loads),
+            "profile": _profile(parts),
             "elements": _each(element, "parts by name, joined by connections"),
             "connections": _each({"anyOf": [TEXT, NAMES]}, "part -> the stations that it joins"),
             "gravity": {**listed(quantity("m/s^2")), "minItems": 3, "maxItems": 3},
@@ -102,6 +106,26 @@ def _machine(parts: Definitions) -> Schema:
             "prescribed": _each(closed(motions), "station -> coordinates that are given in time"),
             "reduce": {"anyOf": [{"const": False}, reduced]},
         },
+    )
+
+
+def _profile(parts: Definitions) -> Schema:
+    options = parts.properties(FiniteElementShaft)
+    row = listed({"type": ["string", "number"]}, 2)
+    own = {
+        "name": {**TEXT, "description": "of the pieces of shaft: shaft, unless it is given"},
+        "file": {**TEXT, "description": "CSV with columns position [mm], diameter [mm], bore [mm]"},
+        "rows": {
+            **listed(row, 2),
+            "description": "[position, diameter] or [position, diameter, bore]",
+        },
+        "unit": {**TEXT, "description": "of bare numbers in rows, and of columns without one"},
+        "between": {"enum": ["cones", "cylinders"], "description": "what stands between two rows"},
+        "longest": quantity("m", "no section longer than"),
+    }
+    rest = {key: options[key] for key in PROFILE_OPTIONS if key in options}
+    return closed(
+        {**own, **rest}, words="a shaft from its drawing's table, between the line's stations"
     )
 
 

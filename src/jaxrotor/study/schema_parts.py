@@ -64,6 +64,10 @@ class Definitions:
         ]
         return {"anyOf": [*choices, _own(more or {}, needed)]}
 
+    def properties(self, cls: type) -> Schema:
+        """What may stand in its table, key by key."""
+        return self._fields(cls, ALONE)[0]
+
     def _table(
         self, cls: type, within: Within, kind: str | None, more: Schema, needed: Iterable[str]
     ) -> Schema:
@@ -121,7 +125,7 @@ class Definitions:
             return listed(self.nested(members[0], below))
         modules = [a for a in options if _is_module(a)]
         if modules:
-            return self._module(field, modules[0], below)
+            return self._module(field, modules, below)
         simple = [
             _quantity_of(field) if kind is float else {"type": name}
             for kind, name in ((bool, "boolean"), (int, "integer"), (str, "string"), (float, ""))
@@ -132,13 +136,21 @@ class Definitions:
             return None  # cannot be given in a study
         return choices[0] if len(choices) == 1 else {"anyOf": choices}
 
-    def _module(self, field: dataclasses.Field, base: type, below: Within) -> Schema:
+    def _module(self, field: dataclasses.Field, bases: list[type], below: Within) -> Schema:
+        base, *others = bases
         found = self.nested(base, below)
+        if others:
+            found = {"anyOf": [found, *(self.nested(other, below) for other in others)]}
         unit = field.metadata.get("drives")
         if unit is not None:  # a schedule, or one quantity for all times
             return {"anyOf": [quantity(unit), found]}
         convert = field.metadata.get("converter", lambda x: x)
         names = [n for n, c in public_constants().items() if isinstance(convert(c), base)]
+        if field.metadata.get("named"):  # in capitals or not
+            known = ", ".join(field.metadata["named"])
+            return {
+                "anyOf": [{"type": "string", "description": f"{', '.join(names)}, {known}"}, found]
+            }
         return {"anyOf": [{"enum": names}, found]} if names else found
 
 

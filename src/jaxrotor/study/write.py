@@ -160,7 +160,8 @@ class _Writer:
             if same(convert(constant), value):
                 return name
         bases = [a for a in flat(hint) if isinstance(a, type) and issubclass(a, eqx.Module)]
-        return self._part(value, bases[0] if bases else object, below, place, f"{path}.")
+        base = type(value) if type(value) in bases else bases[0] if bases else object
+        return self._part(value, base, below, place, f"{path}.")
 
     def _numbers(self, value: Any, units: tuple[str, ...], place: str, path: str) -> Any:
         found = known(value)

@@ -5,8 +5,13 @@ from typing import Any, ClassVar
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ...core.parameter import parameter
+from ...core.arguments import positive, text
+from ...core.errors import InputError
+from ...core.gate import takes
+from ...core.parameter import parameter, problems
 from ...core.part import Part
+from .material_tables import NAMES
+from .named_material import ROOM, NamedMaterial
 
 
 class Material(Part):
@@ -15,6 +20,17 @@ class Material(Part):
     youngs_modulus: Float[Array, ""] | float = eqx.field(metadata={"quantity": "Pa"})
     shear_modulus: Float[Array, ""] | float = eqx.field(metadata={"quantity": "Pa"})
     density: Float[Array, ""] | float = eqx.field(metadata={"quantity": "kg/m^3"})
+
+    @classmethod
+    @takes(name=text, temperature=positive("K"))
+    def named(cls, name: str, temperature: Any = ROOM) -> NamedMaterial:
+        """A metal of the tables, "42CrMo4", "S355", "inconel 718", at a temperature (K, 20 °C unless it is
+        given): see `NamedMaterial`. Raises `InputError` for a name that is not known, with all that are, and
+        for a temperature beyond its table."""
+        found = NamedMaterial(name, temperature)
+        for fault in problems(found, f"Material.named({name!r})"):
+            raise InputError(fault)
+        return found
 
 
 # The paper gives no figures: these are ours.
@@ -31,6 +47,10 @@ class ShaftMaterial(eqx.Module):
     shown_as: ClassVar[str] = "Material"
 
 
+# What a shaft may be made of.
+AnyMaterial = ShaftMaterial | NamedMaterial
+
+
 def as_parameters(material: Any) -> Any:
     if isinstance(material, Material):
         m: Any = material
@@ -40,9 +60,9 @@ def as_parameters(material: Any) -> Any:
 
 def steel() -> Any:
     """A field for what a shaft is made of: steel, unless something else is given."""
-    return eqx.field(
-        converter=as_parameters, default=STEEL, metadata=dict(made_by=["STEEL", "Material"])
-    )
+    made_by = ["STEEL", "Material", "Material.named"]
+    metadata = dict(made_by=made_by, named=NAMES, by_name=NamedMaterial)
+    return eqx.field(converter=as_parameters, default=STEEL, metadata=metadata)
 
 
 def undamped() -> Any:

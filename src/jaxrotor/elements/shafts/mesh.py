@@ -86,6 +86,8 @@ def _waves(shaft: Any, w: float) -> _Waves:
     E, G, rho, length, outer, inside = (np.asarray(x, float) for x in given)
     if shaft.end_diameter is not None:
         outer = np.minimum(outer, np.asarray(shaft.end_diameter, float))
+    if shaft.end_inner_diameter is not None:
+        inside = np.minimum(inside, np.asarray(shaft.end_inner_diameter, float))
     with np.errstate(all="ignore"):
         gyration = (outer**2 + inside**2) / 16  # I/A, m^2
         kappa: Any = np.asarray(shear_coefficient(*map(jnp.asarray, (E, G, inside / outer))))

@@ -12,7 +12,7 @@ from ...core.part import option
 from ...core.protocol import LEFT, RIGHT, Carrying, Composite, Parts
 from ..rotors.added_inertia import AddedInertia
 from ..rotors.body import RigidBody
-from .material import ShaftMaterial, steel, undamped
+from .material import AnyMaterial, ShaftMaterial, steel, undamped
 from .section import Shaft
 from .segment import MOST_ELEMENTS
 from .stepped import Sections, by_section, cut, section_faults, sections
@@ -26,9 +26,10 @@ class RigidElementShaft(Composite, Carrying):
     The springs have the bending, shear, axial and torsional compliance of their piece (12 EI/L³ across
     and EI/L about a spring in the middle is the beam's own matrix), so statics is exact; masses are
     rigid rods with six exact degrees of freedom each, the end ones added to the adjoining stations.
-    Converges with the square of the piece's length. Arguments as for `FiniteElementShaft`; tapered
-    sections become steps; without `rotary_inertia` the sections' own is left out of the bodies (what is
-    left is that of their length, which vanishes with it). Inner stations are `"shaft.1"`, `"shaft.2"`, ...
+    Converges with the square of the piece's length. Arguments as for `FiniteElementShaft`, which alone
+    takes loads; tapered sections become steps; without `rotary_inertia` the sections' own is left out of the
+    bodies (what is left is that of their length, which vanishes with it). Inner stations are `"shaft.1"`,
+    `"shaft.2"`, ...
 
     Source: Kruszewski et al., Metoda sztywnych elementów skończonych (1975); Wittbrodt, Adamiec-Wójcik,
     Wojciech, Dynamics of Flexible Multibody Systems: Rigid Finite Element Method (2006), ch. 2.
@@ -38,13 +39,14 @@ class RigidElementShaft(Composite, Carrying):
     diameter: Sections = by_section(positive=True)
     inner_diameter: Sections = by_section(nonnegative=True, default=0.0)
     end_diameter: Sections | None = by_section(positive=True, optional=True, default=None)
-    material: ShaftMaterial = steel()
+    material: AnyMaterial = steel()
     rayleigh: Float[Array, "2"] = undamped()
     elements: int = option(whole(1, MOST_ELEMENTS), default=8)
     shear: bool = eqx.field(static=True, default=True)
     rotary_inertia: bool = eqx.field(static=True, default=True)
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")
+    end_inner_diameter: Sections | None = by_section(nonnegative=True, optional=True, default=None)
 
     def faults(self) -> Iterator[str]:
         yield from section_faults(self)

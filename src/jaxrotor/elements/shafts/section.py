@@ -12,7 +12,7 @@ from ...core.parameter import parameter
 from ...core.protocol import AbstractElastic, Energetic, Linear, Motion, Nominal, Signalling, Vec6
 from .beam import beam_mass, beam_stiffness, shear_coefficient
 from .defect import AbstractShaftDefect, Section, as_defect, defect_energy, defect_forces
-from .material import ShaftMaterial, steel, undamped
+from .material import AnyMaterial, steel, undamped
 from .twist import circulation, damped_rates, twist_torque
 
 
@@ -52,7 +52,7 @@ class Shaft(AbstractElastic, Linear, Energetic, Signalling, Nominal):
     length: Float[Array, ""] = parameter("m", positive=True)
     diameter: Float[Array, ""] = parameter("m", positive=True)
     inner_diameter: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    material: ShaftMaterial = steel()
+    material: AnyMaterial = steel()
     rayleigh: Float[Array, "2"] = undamped()
     damping: Literal["fixed", "rotating"] = eqx.field(static=True, default="fixed")
     twist: Literal["invariant", "paper"] = eqx.field(static=True, default="invariant")

@@ -34,6 +34,7 @@ class Segment(eqx.Module):
     density: Float[Array, ""]
     shear: bool = eqx.field(static=True)
     rotary_inertia: bool = eqx.field(static=True)
+    gyroscopic: bool = eqx.field(static=True)
 
     def section(self, s: Any) -> tuple[Array, Array]:
         """Area and second moment of area at the parts s of the length."""
@@ -100,17 +101,18 @@ class Segment(eqx.Module):
         axial = jnp.sum(self.youngs_modulus * dl * area)
         torsion = jnp.sum(self.shear_modulus * dl * 2 * moment)
         K = axial / self.length**2 * _ROD_K[2] + torsion / self.length**2 * _ROD_K[5]
-        K += _both(curvature, self.youngs_modulus * dl * moment)
+        K += both_planes(curvature, self.youngs_modulus * dl * moment)
         if self.shear:
-            K += _both(sheared[:, None], jnp.sum(dl * self.shear_rigidity(POINTS))[None])
+            K += both_planes(sheared[:, None], jnp.sum(dl * self.shear_rigidity(POINTS))[None])
         mass, polar = self.density * dl * area, self.density * dl * 2 * moment
-        M = _both(deflection, mass)
+        M = both_planes(deflection, mass)
         M += jnp.einsum("p,pab->ab", mass, _ROD_M[2]) + jnp.einsum("p,pab->ab", polar, _ROD_M[5])
         # at the nodes: what their own spin momentum gives already
         G = -jnp.einsum("p,pab->ab", polar, _NODAL_G)
         if self.rotary_inertia:
-            M += _both(slope, polar / 2)
-            psi, theta = -_Y.T @ slope, _X.T @ slope
+            M += both_planes(slope, polar / 2)
+        if self.gyroscopic:
+            psi, theta = -IN_Y.T @ slope, IN_X.T @ slope
             across = jnp.einsum("ap,p,bp->ab", psi, polar, theta)
             G += across - across.T
         return K, M, G
@@ -160,15 +162,15 @@ class Segment(eqx.Module):
 
 
 # Where (w, slope, w, slope) stand among the twelve coordinates: x and theta, y and -psi.
-_X, _Y = np.zeros((4, 12)), np.zeros((4, 12))
-_X[[0, 1, 2, 3], [0, 4, 6, 10]] = 1.0
-_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = [1.0, -1.0, 1.0, -1.0]
+IN_X, IN_Y = np.zeros((4, 12)), np.zeros((4, 12))
+IN_X[[0, 1, 2, 3], [0, 4, 6, 10]] = 1.0
+IN_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = [1.0, -1.0, 1.0, -1.0]
 
 
-def _both(shape: Array, weights: Array) -> Float[Array, "12 12"]:
+def both_planes(shape: Array, weights: Array) -> Float[Array, "12 12"]:
     """The sum over points of weight times shape times itself, in both planes; shape (4, points)."""
     squares = jnp.einsum("ap,p,bp->ab", shape, weights, shape)
-    return jnp.asarray(_X.T @ squares @ _X + _Y.T @ squares @ _Y)
+    return jnp.asarray(IN_X.T @ squares @ IN_X + IN_Y.T @ squares @ IN_Y)
 
 
 def _rod(component: int) -> tuple[np.ndarray, np.ndarray]:

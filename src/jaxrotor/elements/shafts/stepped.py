@@ -14,15 +14,24 @@ from .segment import Segment
 Sections = Float[Array, ""] | Float[Array, " n"]
 
 
-def by_section(**kwargs: Any) -> Any:
-    """A field for a dimension in m."""
-    return parameter("m", shapes=((), (None,)), **kwargs)
+_DIMENSIONS = ("length", "diameter", "inner_diameter", "end_diameter", "end_inner_diameter")
+_LOADS = ("axial_force", "torque")
+
+
+def by_section(unit: str = "m", **kwargs: Any) -> Any:
+    """A field for a dimension, or for a load of another unit."""
+    return parameter(unit, shapes=((), (None,)), **kwargs)
+
+
+def _given(shaft: Any) -> dict[str, Any]:
+    """What is given by section."""
+    found = {name: getattr(shaft, name, None) for name in (*_DIMENSIONS, *_LOADS)}
+    return {name: x for name, x in found.items() if x is not None}
 
 
 def sections(shaft: Any) -> int:
     """How many sections a shaft's dimensions give."""
-    given = (shaft.length, shaft.diameter, shaft.inner_diameter, shaft.end_diameter)
-    return max(1, *(jnp.size(x) for x in given if x is not None))
+    return max(1, *(jnp.size(x) for x in _given(shaft).values()))
 
 
 def section_faults(shaft: Any) -> Iterator[str]:
@@ -30,44 +39,58 @@ def section_faults(shaft: Any) -> Iterator[str]:
         yield f"elements must be a whole number, one at least, but is {shaft.elements!r}"
         return
     count = sections(shaft)
-    given = {
-        name: np.shape(getattr(shaft, name))
-        for name in ("length", "diameter", "inner_diameter", "end_diameter")
-        if getattr(shaft, name) is not None
-    }
-    for name, shape in given.items():
+    for name, given in _given(shaft).items():
+        shape = np.shape(given)
         if shape not in ((), (count,)):
             yield (
-                "length, diameter, inner_diameter and end_diameter must be numbers or equally long "
-                f"lists, but {name} has {shape[0]} entries where another has {count}"
+                f"what is given for each section must be numbers or equally long lists, but {name} has "
+                f"{shape[0]} entries where another has {count}"
             )
             return
-    end = shaft.diameter if shaft.end_diameter is None else shaft.end_diameter
-    outer = np.minimum(np.broadcast_to(shaft.diameter, count), np.broadcast_to(end, count))
-    inner = np.broadcast_to(shaft.inner_diameter, count)
-    if np.any(inner >= outer):
-        k = int(np.argmax(inner >= outer))
-        yield (
-            f"inner_diameter must be smaller than the diameter, but is {inner[k]:g} against "
-            f"{outer[k]:g} m"
-        )
+    outer = _both_ends(np, shaft.diameter, shaft.end_diameter, count)
+    inner = _both_ends(np, shaft.inner_diameter, shaft.end_inner_diameter, count)
+    for side, large, small in zip(("left", "right"), outer, inner):
+        if np.any(small >= large):
+            k = int(np.argmax(small >= large))
+            yield (
+                f"inner_diameter must be smaller than the diameter, but is {small[k]:g} against "
+                f"{large[k]:g} m at the {side} end of section {k + 1}"
+            )
+            return
 
 
-def cut(shaft: Any, pieces: int, shear: bool, rotary_inertia: bool) -> Segment:
+def _both_ends(xp: Any, left: Any, right: Any, count: int) -> tuple[Any, Any]:
+    """Of each section, where its diameter starts and where it ends; it tapers where both are given."""
+    return xp.broadcast_to(left, (count,)), xp.broadcast_to(
+        left if right is None else right, (count,)
+    )
+
+
+def by_piece(x: Any, count: int, pieces: int) -> Array:
+    """One value for each section, or one for all, repeated for each piece of it."""
+    return jnp.repeat(jnp.broadcast_to(x, (count,)), pieces)
+
+
+def cut(
+    shaft: Any, pieces: int, shear: bool, rotary_inertia: bool, gyroscopic: bool | None = None
+) -> Segment:
     """Each section cut into equal pieces: segments stacked on the last axis."""
     count = sections(shaft)
-
-    def per_piece(x: Any) -> Array:
-        return jnp.repeat(jnp.broadcast_to(x, (count,)), pieces)
-
     n = count * pieces
     left = jnp.tile(jnp.arange(pieces) / pieces, count)
-    start = per_piece(shaft.diameter)
-    end = start if shaft.end_diameter is None else per_piece(shaft.end_diameter)
-    diameters = jnp.stack([start + (end - start) * s for s in (left, left + 1 / pieces)])
-    inside = jnp.broadcast_to(per_piece(shaft.inner_diameter), (2, n))
+
+    def across(start: Any, end: Any) -> Array:
+        start, end = (jnp.repeat(x, pieces) for x in _both_ends(jnp, start, end, count))
+        return jnp.stack([start + (end - start) * s for s in (left, left + 1 / pieces)])
+
     m = shaft.material
     E, G, rho = (jnp.broadcast_to(x, (n,)) for x in (m.youngs_modulus, m.shear_modulus, m.density))
     return Segment(
-        per_piece(shaft.length) / pieces, diameters, inside, E, G, rho, shear, rotary_inertia
+        by_piece(shaft.length, count, pieces) / pieces,
+        across(shaft.diameter, shaft.end_diameter),
+        across(shaft.inner_diameter, shaft.end_inner_diameter),
+        *(E, G, rho),
+        shear,
+        rotary_inertia,
+        rotary_inertia if gyroscopic is None else gyroscopic,
     )
