@@ -122,9 +122,7 @@ def _fitted(total: Array, whirls: Array) -> Coefficients:
 
 def short_flow(gap: Gap) -> Array:
     """Axial velocity, m/s, with the friction of a swirl of half the rotor's speed."""
-    return _root(
-        gap, lambda w: w**2 * (0.5 * (1 + gap.inlet_loss) + _mean_friction(gap, w)[0])
-    )
+    return _root(gap, lambda w: w**2 * (0.5 * (1 + gap.inlet_loss) + _mean_friction(gap, w)[0]))
 
 
 def short_coefficients(gap: Gap, w: Array) -> Coefficients:
