@@ -1,5 +1,5 @@
-"""Annular seals: coefficients from geometry and fluid against the nonlinear flow, Childs's printed formulas and
-limits in closed form; inside machines against tables of their coefficients."""
+"""Annular seals: coefficients from geometry and fluid against the nonlinear flow, Childs's printed formulas
+and limits in closed form; inside machines against tables of their coefficients."""
 
 import jax
 import jax.numpy as jnp

@@ -1,5 +1,5 @@
-"""Supports whose coefficients are no polynomial of the speed (tables, seals): taken apart from the machine, and
-what they add to its matrices."""
+"""Supports whose coefficients are no polynomial of the speed (tables, seals): taken apart from the machine,
+and what they add to its matrices."""
 
 from typing import Any, NamedTuple
 

@@ -63,12 +63,12 @@ class SealPoint(NamedTuple):
 
 class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling):
     """An annular seal with smooth or evenly rough walls and a liquid in turbulent flow: Lomakin's stiffness,
-    damping, cross-coupling by the swirl, and the inertia of the liquid.
+    damping, cross-coupling by the swirl, and the liquid's inertia.
 
     Attached to a station, it acts between that and the ground, at the speed of the station; attached to
     `(station, rotor)` by the speed of the second, on which it does not act. The force is
-    `-K q - C v - M a` for small motions about the middle, with the coefficients of the present speed; tilting,
-    axial force and drag about the axis are left out. Turning backward, the swirl does too.
+    `-K q - C v - M a` for small motions about the middle, with the coefficients of the present speed;
+    tilting, axial force and drag about the axis are left out. Turning backward, the swirl does too.
 
     - `diameter`, `length`, `clearance` (radial): m. `viscosity` (dynamic): Pa·s. `density`: kg/m³.
     - `pressure_drop` over the seal, Pa, at rest; `pressure_rise`, Pa·s²/rad²: what it grows by with the speed
@@ -80,8 +80,8 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
       twice the clearance: (0.079, -0.25), Blasius's, for smooth walls. Hirs's 0.066, with Re of the
       clearance itself, is 0.0785 here. `rotor_friction`: the rotor's, where its wall is another.
 
-    - `theory`: `"finite"`, Childs's for seals of any length: the linear flow of a whirling rotor, solved along
-      the seal at five frequencies of the whirl from zero to twice the speed, through which the constants
+    - `theory`: `"finite"`, Childs's for seals of any length: the linear flow of a whirling rotor, solved
+      along the seal at five frequencies of the whirl from zero to twice the speed, through which the constants
       are fitted. `"short"`, Childs's closed form (Black & Jenssen's at a preswirl of 0.5), for lengths up to
       a quarter of the diameter and walls alike; at half the diameter its stiffness and damping are by a third
       to a half too large.
@@ -90,7 +90,7 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     says so and goes on with the turbulent law. Over many speeds or for long runs `support(speeds)` is
     quicker. It keeps no account of its energy: its work counts as that of a load in the energy audit.
 
-    Sources: Childs, J. Lubr. Tech. 105 (1983) 429 and 437; Childs, Turbomachinery Rotordynamics (1993), ch. 4;
+    Sources: Childs, J. Lubr. Tech. 105 (1983) 429 and 437, and Turbomachinery Rotordynamics (1993), ch. 4;
     Black & Jenssen, ASME 71-WA/FE-38 (1971); Hirs, J. Lubr. Tech. 95 (1973) 137.
     """
 
