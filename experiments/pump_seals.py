@@ -1,9 +1,9 @@
 """What the seals of a pump do to its rotor: wet critical speeds, and instability by preswirl.
 
 A pump of three stages between bearings, whose head grows with the speed squared. Left: whirl in bending over
-the speed, dry, with the seals in liquid, and with their clearances worn to twice what they were; where a curve
-meets the dashed line, unbalance excites it. Right: damping of the first forward whirl at the running speed over
-the swirl with which the liquid enters the seals, which swirl brakes take away.
+the speed, dry, with the seals in liquid, and with their clearances worn to twice what they were; where it
+meets the dashed line, unbalance excites it. Right: damping of the least damped forward whirl at the running
+speed over the swirl with which the liquid enters the seals, which swirl brakes take away.
 
     python experiments/pump_seals.py [--out results/pump_seals]
 

@@ -230,7 +230,7 @@ def test_lomakins_stiffness_at_rest():
     assert float(found.velocity) == pytest.approx(mean_pressure(1.397e-4)[1], rel=1e-9)
     assert float(found.stiffness[0, 0]) == pytest.approx(np.pi * 40.0 * 0.0432 * slope, rel=1e-5)
     k, c = float(found.stiffness[0, 1]), float(found.damping[0, 1])
-    assert abs(k) < 1e-8 * found.stiffness[0, 0] and abs(c) < 1e-8 * found.damping[0, 0]
+    assert abs(k) < 1e-7 * found.stiffness[0, 0] and abs(c) < 1e-5 * found.damping[0, 0]
 
 
 def test_measured_seal_of_water():

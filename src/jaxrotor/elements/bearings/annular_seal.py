@@ -81,10 +81,10 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
       clearance itself, is 0.0785 here. `rotor_friction`: the rotor's, where its wall is another.
 
     - `theory`: `"finite"`, Childs's for seals of any length: the linear flow of a whirling rotor, solved
-      along the seal at five frequencies of the whirl from zero to twice the speed, through which the constants
-      are fitted. `"short"`, Childs's closed form (Black & Jenssen's at a preswirl of 0.5), for lengths up to
-      a quarter of the diameter and walls alike; at half the diameter its stiffness and damping are by a third
-      to a half too large.
+      along the seal at five frequencies of the whirl from zero to twice the speed, through which the
+      constants are fitted. `"short"`, Childs's closed form (Black & Jenssen's at a preswirl of 0.5), for
+      lengths up to a quarter of the diameter and walls alike; at half the diameter its stiffness and
+      damping are by a third to a half too large.
 
     A flow with a Reynolds number below 2000 is not turbulent: `coefficients` refuses it, a run through it
     says so and goes on with the turbulent law. Over many speeds or for long runs `support(speeds)` is
