@@ -358,3 +358,133 @@ def test_it_runs_in_time():
     run = jr.simulate(machine, 0.3, 1000.0)
     assert float(run["node 3"].speed[-1]) == pytest.approx(50.0, rel=1e-3)
     assert np.hypot(run["node 1"].x, run["node 1"].y).max() > 1e-7
+
+
+def along(*three):
+    return [*three, 0.0, 0.0, 0.0]
+
+
+def between(six):
+    return np.kron([[1, -1], [-1, 1]], np.diag(np.asarray(six, float)))
+
+
+def pump_line():
+    """A stepped and a loaded shaft, a coupling to a third, a bearing on a pedestal, a seal with inertia."""
+    stepped = jr.FiniteElementShaft(
+        [0.2, 0.3], [0.05, 0.06], [0.01, 0.0], elements=2, rayleigh=(1.0, 0.0)
+    )
+    parts = dict(
+        a=jr.Node(),
+        b=jr.Rotor(30.0, 0.3, 0.2, jr.Unbalance(1e-6, 0.3), angle=0.1),
+        c=jr.Node(),
+        d=jr.Node(),
+        e=jr.Node(),
+        pedestal=jr.Node(),
+        one=stepped,
+        two=jr.FiniteElementShaft(0.4, 0.05, elements=3, axial_force=1e4),
+        three=jr.FiniteElementShaft(0.2, 0.04, elements=1, shear=False),
+        coupling=jr.ElasticMatrix(between([1e6, 1e6, 1e6, 1e3, 1e3, 1e4]), between([1.0] * 6)),
+        seal=jr.LinearSupport(along(1e7, 2e7, 1e5), along(1e3, 1e3, 0), mass=along(2.0, 3.0, 0)),
+        film=jr.ElasticMatrix(between(along(1e7, 1e7, 1e6)), between(along(100, 100, 100))),
+        base=jr.LinearSupport(along(1e8, 2e8, 1e8), along(1e3, 1e3, 1e3)),
+        mass=jr.AddedInertia((20.0, 30.0, 20.0)),
+        table=jr.SpeedDependentSupport(
+            SPEEDS[:3], [along(k, 2 * k, 0) for k in (1e6, 2e6, 3e6)], [along(100, 100, 0)] * 3
+        ),
+        stuck=jr.elements.PointUnbalance(1e-6, 0.2),
+        load=jr.Torque(3.0),
+        wheel=jr.AddedInertia(1.0, 0.01, 0.01),
+    )
+    places = dict(one=("a", "b"), two=("b", "c"), coupling=("c", "d"), three=("d", "e"))
+    places |= dict(seal="a", film=("c", "pedestal"), base="pedestal", mass="pedestal", table="e")
+    places |= dict(stuck="two.1", load="a", wheel="e")
+    return jr.Machine(parts, places, fixed={"pedestal": ("psi", "theta", "phi")})
+
+
+def test_a_machine_as_a_rotor_of_ross_and_back():
+    """Eigenvalues of both programs at three speeds, the response to unbalance, and the machine read back."""
+    machine = pump_line()
+    theirs = jr.interop.to_ross(machine)
+    assert theirs.left_out == ("load",) and theirs.nodes["pedestal"] == 10
+    for speed in SPEEDS[:3]:
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        values = np.linalg.eigvals(theirs.rotor.A(speed))
+        gap = np.min(np.abs(mine[:, None] - values), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    back = from_ross(theirs.rotor, theirs.unbalance)
+    again = lowest(np.asarray(jr.linearize(back, speed, at="undeformed").eigenvalues))
+    np.testing.assert_allclose(again, mine, rtol=1e-9)
+    found = jr.unbalance_response(machine, ["b.x", "two.1.y"], [200.0], at="undeformed").values[0]
+    node, amount, angle = zip(*theirs.unbalance)
+    speeds = np.array([200.0])
+    whole = theirs.rotor.run_unbalance_response(list(node), list(amount), list(angle), speeds)
+    rows = [6 * theirs.nodes["b"], 6 * theirs.nodes["two.1"] + 1]
+    np.testing.assert_allclose(found, whole.forced_resp[rows, 0], rtol=1e-6)
+
+
+def test_gears_as_a_multirotor():
+    """Three lines; a mesh whose first gear is not the built one."""
+
+    def line(p):
+        parts = {
+            f"{p}a": jr.Node(),
+            f"{p}b": jr.Rotor(30.0, 0.3, 0.2),
+            f"{p}g": jr.Rotor(5.0, 0.04, 0.02),
+            f"{p}s": jr.FiniteElementShaft(0.3, 0.05, elements=1),
+            f"{p}t": jr.FiniteElementShaft(0.3, 0.05, elements=1),
+            f"{p}k": jr.LinearSupport(along(1e6, 3e6, 1e5), along(100, 100, 0)),
+            f"{p}l": jr.LinearSupport(along(1e6, 3e6, 1e5), along(100, 100, 0)),
+        }
+        places = {f"{p}s": (f"{p}a", f"{p}b"), f"{p}t": (f"{p}b", f"{p}g"), f"{p}k": f"{p}a"}
+        return parts, places | {f"{p}l": f"{p}g"}
+
+    parts, places = {}, {}
+    for p in "xyz":
+        more = line(p)
+        parts, places = parts | more[0], places | more[1]
+
+    def mesh(radii, stiffness, orientation, teeth):
+        law = jr.elements.KelvinVoigt(stiffness)
+        return jr.GearMesh(radii, law, pressure_angle=0.35, orientation=orientation, teeth=teeth)
+
+    parts |= {"m1": mesh([0.1, 0.05], 1e8, 0.7, 50), "m2": mesh([0.08, 0.1], 2e8, -0.5, 40)}
+    machine = jr.Machine(parts, places | {"m1": ("xg", "yg"), "m2": ("zg", "xg")})
+    theirs = jr.interop.to_ross(machine)
+    for speed in (0.0, 200.0):
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        gap = np.min(np.abs(mine[:, None] - np.linalg.eigvals(theirs.rotor.A(speed))), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    with pytest.raises(jr.InputError, match="ROSS needs whole teeth, but they are 50.5 and 25.25"):
+        jr.interop.to_ross(machine.set({"m1.teeth": 50.5}))
+
+
+@pytest.mark.parametrize(
+    "changed, words",
+    [
+        (dict(load=jr.FanLoad(0.1)), "`load`: a FanLoad has no counterpart"),
+        (
+            dict(seal=jr.LinearSupport([1e7, 1e7, 0, 1e3, 0, 0])),
+            "`seal`: a bearing of ROSS acts along x, y",
+        ),
+        (
+            dict(two=jr.FiniteElementShaft(0.4, 0.05, damping="rotating")),
+            "`two`: damping that turns",
+        ),
+        (dict(b=jr.Rotor(30.0, 0.3, 0.2, jr.Unbalance(0.0, 0.0, 0.1))), "`b`: dynamic unbalance"),
+        (dict(one=jr.Shaft(0.5, 0.05)), "no counterpart in ROSS"),
+    ],
+)
+def test_what_ross_has_not_is_refused(changed, words):
+    machine = pump_line()
+    places = machine.connections()
+    if "one" in changed:  # a shaft without mass between stations that have some
+        parts = {
+            "a": jr.Rotor(1.0, 0.01, 0.01),
+            "b": jr.Rotor(1.0, 0.01, 0.01),
+            "one": changed["one"],
+        }
+        other = jr.Machine(parts, {"one": ("a", "b")})
+    else:
+        other = jr.Machine(machine.elements() | changed, places, fixed=machine.fixed())
+    with pytest.raises(jr.InputError, match=words):
+        jr.interop.to_ross(other)

@@ -70,13 +70,13 @@ def from_ross(
     mass coefficients between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole
     rotor. Raises `MissingExtraError` where ROSS is not installed.
     """
-    ross = _ross()
+    ross = imported()
     if not isinstance(rotor, ross.Rotor):
         raise InputError(
             "from_ross takes a ross.Rotor, CoAxialRotor or MultiRotor, but was given a "
             f"{type(rotor).__name__}"
         )
-    faults = _Faults()
+    faults = Faults()
     if getattr(rotor, "motor_element", None) is not None:
         faults.add("motor", "a motor cannot be carried: give the machine one of jaxrotor's")
     if getattr(rotor, "modal_damping_ratio", None) is not None:
@@ -149,7 +149,7 @@ def from_ross(
     return Machine(elements, connections, gravity, held, prescribed)
 
 
-def _ross() -> Any:
+def imported() -> Any:
     try:
         import ross  # pyright: ignore[reportMissingImports]
     except ImportError as error:
@@ -159,7 +159,7 @@ def _ross() -> Any:
     return ross
 
 
-class _Faults:
+class Faults:
     """What cannot be carried: one sentence for each kind, with the elements that it is about."""
 
     def __init__(self):
@@ -252,7 +252,7 @@ def _meshes(rotor: Any) -> list[Any]:
     return [*inner, rotor]
 
 
-def _mesh(rotor: Any, name: str, faults: _Faults) -> tuple[GearMesh, tuple[str, str]]:
+def _mesh(rotor: Any, name: str, faults: Faults) -> tuple[GearMesh, tuple[str, str]]:
     mesh = rotor.mesh
     gears = mesh.driving_gear, mesh.driven_gear
     varying = getattr(rotor, "square_varying_stiffness", False)  # of ROSS 2
@@ -281,7 +281,7 @@ def _mesh(rotor: Any, name: str, faults: _Faults) -> tuple[GearMesh, tuple[str, 
 
 
 def _stations(
-    ross: Any, rotor: Any, moments: dict[int, complex], faults: _Faults
+    ross: Any, rotor: Any, moments: dict[int, complex], faults: Faults
 ) -> tuple[dict[str, AbstractStation], list[Any]]:
     """The stations in order, and the disks that are too small for a `Rotor`."""
     disks: dict[int, list[Any]] = {}
@@ -317,7 +317,7 @@ def _stations(
     return out, loose
 
 
-def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementShaft | None:
+def _shaft(ross: Any, shaft: Any, name: str, faults: Faults) -> FiniteElementShaft | None:
     if type(shaft) is not ross.ShaftElement:
         faults.add(
             name,
@@ -350,11 +350,11 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
 
 
 def _bearing(
-    ross: Any, bearing: Any, name: str, table_speeds: Any, faults: _Faults
+    ross: Any, bearing: Any, name: str, table_speeds: Any, faults: Faults
 ) -> AbstractElement | None:
     # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
-    axes = {axis: np.atleast_1d(getattr(bearing, axis, None)) for axis in ("frequency", "speed")}
-    axes = {axis: x.astype(float) for axis, x in axes.items() if x.size > 1}
+    given: dict[str, Any] = {axis: getattr(bearing, axis, None) for axis in ("frequency", "speed")}
+    axes = {axis: np.asarray(x, float) for axis, x in given.items() if np.size(x) > 1}
     massive = any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz"))
     words = None
     if isinstance(bearing, ross.MagneticBearingElement):
@@ -377,8 +377,8 @@ def _bearing(
         tables = [np.array([[at(f, w, s) for w in whirls] for s in speeds]) for f in what]
         return WhirlDependentSupport(*map(as_float64, (speeds, whirls, *tables)))
     if axes:
-        given = next(iter(axes.values())) if table_speeds is None else table_speeds
-        speeds = np.asarray(given, float)
+        own = next(iter(axes.values())) if table_speeds is None else table_speeds
+        speeds = np.asarray(own, float)
         tables = [np.array([at(f, w, w) for w in speeds]) for f in what]
         return SpeedDependentSupport(*map(as_float64, (speeds, *tables)))
     constant = [at(f, 0.0, 0.0) for f in what]
