@@ -81,6 +81,7 @@ ENTRIES = [
     Entry(X + "rk4_rig.py", "Unbalance found blind on a rig", "blind*", ready="rk4_blind"),
     Entry(X + "phase_convention.py", "Which way phases count", "*.png", ready="phase_convention"),
     Entry(X + "cracked_shaft.py", "A crack's orders over speed", "*.png", options=("--quick",)),
+    Entry(X + "wet_pump.py", "A pump rotor dry and wet", "*.png"),
     Entry(X + "loaded_shaft.py", "A turning shaft under thrust and torque", "*.png"),
     Entry(X + "asymmetric_shaft.py", "Where a flat shaft is unstable", "*.png", options=("--quick",)),
     Entry(X + "damper_den_hartog.py", "Dampers by Den Hartog and after him", "response*"),
