@@ -19,6 +19,7 @@ from ..elements.shafts.finite import FiniteElementShaft
 from ..elements.shafts.material import Material
 from ..machine.machine import Machine
 from ..profiles.motion import AbstractMotion
+from .ross_magnetic import magnetic_bearing
 
 # Names in a sentence.
 _TOLD = 3
@@ -48,10 +49,15 @@ def from_ross(
       holds where ROSS extrapolates. A table under a mass that does not turn goes by the speed of the shaft
       above.
 
+    A magnetic bearing becomes a `MagneticBearing` with its magnets and its controller, gains of amplifier and
+    sensor in it: its coefficients over the frequency are those of ROSS, and modes are those of the closed
+    loop, where ROSS takes the coefficients at the frequency of the speed. In time its magnets are those of
+    `Electromagnets`, limited and nonlinear.
+
     In tapered elements the axial and torsional rows are integrals here, means of both ends in ROSS.
 
-    Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, gears,
-    mass coefficients of bearings, tables over both frequency and speed or between two nodes, axial force
+    Raises `InputError` for what it cannot carry, a sentence for each kind of it: gears, mass
+    coefficients of bearings, tables over both frequency and speed or between two nodes, axial force
     or torque in a shaft, Hutchinson's shear coefficient, a tapered bore, gyroscopic moments without rotary
     inertia (or the reverse), point masses that differ by direction. Raises `MissingExtraError` where ROSS is
     not installed.
@@ -95,7 +101,10 @@ def from_ross(
         connections[name] = f"node {mass.n}"
     for bearing in rotor.bearing_elements:
         name = named(bearing, "bearing")
-        element = _bearing(ross, bearing, name, table_speeds, faults)
+        if isinstance(bearing, ross.MagneticBearingElement):
+            element = magnetic_bearing(bearing)
+        else:
+            element = _bearing(bearing, name, table_speeds, faults)
         if element is not None:
             elements[name] = element
             linked = bearing.n_link is not None
@@ -252,16 +261,12 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
     )
 
 
-def _bearing(
-    ross: Any, bearing: Any, name: str, table_speeds: Any, faults: _Faults
-) -> AbstractElement | None:
+def _bearing(bearing: Any, name: str, table_speeds: Any, faults: _Faults) -> AbstractElement | None:
     # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
     tables = [getattr(bearing, axis, None) for axis in ("frequency", "speed")]
     tables = [x for x in tables if x is not None and np.size(x) > 1]
     words = None
-    if isinstance(bearing, ross.MagneticBearingElement):
-        words = "magnetic bearings with their controllers cannot be carried"
-    elif any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz")):
+    if any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz")):
         words = "mass coefficients of a bearing or seal cannot be carried"
     elif len(tables) > 1:
         words = "a table over both frequency and speed cannot be carried"

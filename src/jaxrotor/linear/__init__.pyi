@@ -4,6 +4,7 @@ from .convergence import Convergence as Convergence, convergence as convergence
 from .critical import critical_modes as critical_modes, critical_speeds as critical_speeds
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
+from .loops import ControlLoops as ControlLoops, control_loops as control_loops
 from .matrix_equations import lyapunov as lyapunov, riccati as riccati
 from .modes import Mode as Mode, modes as modes
 from .norms import (
