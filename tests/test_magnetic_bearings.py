@@ -139,7 +139,7 @@ def test_transfer_functions_of_controllers(name):
 
 
 def test_derivatives_of_a_transfer_function():
-    """By its coefficients, of what comes out: the frequency that its states are measured by is none of them."""
+    """By its coefficients, of what comes out: the frequency that its states are measured by drops out."""
 
     def size(x):
         c = el.TransferFunction(x[:3] * jnp.array(NUM), x[3:] * jnp.array(DEN))
@@ -383,7 +383,7 @@ def test_backward_whirl_by_dry_friction():
 
 
 def test_the_books_of_a_drop():
-    """Voltages at their limit, iron saturated, coils hot, then the power fails and the rotor bounces and rubs:
+    """Voltages at their limit, iron saturated, coils hot, then the power fails, the rotor bounces and rubs:
     what the supply fed in, less heat, is in the rotor and the fields."""
     bearing = el.MagneticBearing(
         ROUGH, el.PID(KP, KD, 5e3, 4e5), AMPLIFIER, cutoff=3e3, fails_at=0.02, decay_time=2e-3
@@ -412,8 +412,8 @@ FULL = el.MagneticBearing(
 
 
 def test_derivatives_by_every_parameter():
-    """Forces on rotor, sensor and housing, rates of the states, and the books; the second axis has other parts
-    than the first, the power fails, and currents are near their limits."""
+    """Forces on rotor and housing, rates of the states, and the books; the second axis has other parts than
+    the first, the power fails, and currents are near their limits."""
     rng = np.random.default_rng(5)
     motions = tuple(
         (jnp.array(1e-4 * rng.standard_normal(6)), jnp.array(0.1 * rng.standard_normal(6)))

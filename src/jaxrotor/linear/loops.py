@@ -25,11 +25,11 @@ from ..machine.system import assemble
 from ..machine.wiring import unknown
 from ..simulation.state import State, to_flat
 from .coordinates import coordinate_order, internal_order
-from .linearise import check_linearized
+from .linearise import check_linearized, linearize_checked
 from .matrix_equations import stable
-from .observe import outputs_of
+from .observe import outputs_of, sensitivity
 from .resolvent import resolvent
-from .response import as_complex, observed, solve
+from .response import as_complex, solve
 from .transfer import Transfer, met
 
 AXES = ("v", "w")
@@ -97,10 +97,8 @@ def opened(machine: Machine, bearings: Sequence[str], speed: Any, at: Any) -> Op
     check_linearized(at)
     machine.check()
     axes = tuple(f"{name}.{axis}" for name in bearings for axis in AXES)
-    labels = coordinate_order(machine)[3]
-    signals = tuple(f"{name}.measured_{axis}" for name in bearings for axis in AXES)
-    model, C = observed(machine, outputs_of(machine, labels, signals), speed, at)
-    E = _entering(machine, tuple(bearings), model.state, jnp.asarray(speed, float))
+    model = linearize_checked(machine, jnp.asarray(speed, float), at)
+    E, C = channels(machine, tuple(bearings), model.state, jnp.asarray(speed, float))
     found = Opened(model.A, E, C, model.M.shape[0], axes)
     for k, axis in enumerate(axes):
         dies = known(stable(met(found.axis(k)).A))
@@ -113,8 +111,14 @@ def opened(machine: Machine, bearings: Sequence[str], speed: Any, at: Any) -> Op
 
 
 @quickly_compiled
-def _entering(machine: Machine, bearings: tuple[str, ...], state: State, speed: Array) -> Array:
-    """How the rates change with what is added to what sensors measure: as with the setpoint, against it."""
+def channels(
+    machine: Machine, bearings: tuple[str, ...], state: State, speed: Array
+) -> tuple[Float[Array, "d n"], Float[Array, "n d"]]:
+    """E and C of `Opened` in a state: how the rates change with what is added to what sensors measure (as with
+    the setpoint, against it), and what they measure of it."""
+    labels = coordinate_order(machine)[3]
+    signals = tuple(f"{name}.measured_{axis}" for name in bearings for axis in AXES)
+    outputs = outputs_of(machine, labels, signals)
     zero, size = jnp.zeros(()), len(AXES)
     system = assemble(machine, nominal=True)
     reference = (system.reference(zero)[0], speed, zero)
@@ -127,7 +131,9 @@ def _entering(machine: Machine, bearings: tuple[str, ...], state: State, speed: 
         return relative_field(zero, y, disturbed, reference)
 
     E = jax.jacfwd(rates)(jnp.zeros(size * len(bearings)))
-    return E[internal_order(coordinate_order(machine)[2], E.shape[0])]
+    C = sensitivity(machine, outputs, system, y, reference)
+    order = internal_order(coordinate_order(machine)[2], E.shape[0])
+    return E[order], C[:, order]
 
 
 def magnetic_bearings(machine: Machine) -> tuple[str, ...]:

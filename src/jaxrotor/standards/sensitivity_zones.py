@@ -63,12 +63,11 @@ def peak_sensitivity(
     function, the machine turning at `speed` (rad/s) and all other loops closed.
 
     `loop`: name of the control loop. Of an `ActiveTorque` nothing else is asked, nor of a `MagneticBearing`:
-    `"bearing.v"` and `"bearing.w"` are its axes, opened at their sensors, `"bearing"` the worse of them. Of an
-    element of your own:
-    `signal`, the one that it offers of its force or torque ("force"), `acts_on`, the coordinate that it acts
-    on ("rotor.x"), and `against`, that which bears the reaction, where one does. A disturbance d added to
-    what the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the closed loop's linear
-    model.
+    `"bearing.v"` and `"bearing.w"` are its axes, opened at their sensors, `"bearing"` the worse of them. Of
+    an element of your own: `signal`, the one that it offers of its force or torque ("force"), `acts_on`, the
+    coordinate that it acts on ("rotor.x"), and `against`, that which bears the reaction, where one does. A
+    disturbance d added to what the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the
+    closed loop's linear model.
 
     Exact derivatives in both modes. Raises `InputError` for names that are none, for a sampled loop (it has
     no linear model in continuous time), and where the closed loop is not stable.
@@ -91,8 +90,8 @@ def peak_sensitivity(
         against = f"{names[rest[0][0]]}.phi" if element.between else None
     if signal is None or acts_on is None:
         raise InputError(
-            f"`{loop}`: is no ActiveTorque or MagneticBearing: say signal=, what it offers of its force, and acts_on=, the "
-            "coordinate that this acts on"
+            f"`{loop}`: is no ActiveTorque or MagneticBearing: say signal=, what it offers of its force, and "
+            "acts_on=, the coordinate that this acts on"
         )
     check_linearized(at)
     machine.check()

@@ -69,7 +69,7 @@ def read_standards(table: Any, machine: Machine) -> Standards:
     accepted = "B"                        # with group = "1", support = "rigid" of a housing
 
     [[standards.magnetic]]
-    name = "loop"                         # an ActiveTorque; else with signal = "force", acts_on = "disc.x"
+    name = "loop"                         # an ActiveTorque or MagneticBearing; else with signal, acts_on
     speed = "7500 rpm"                    # left out: the greatest
     accepted = "A"                        # with limits = [3, 4, 5]
     ```

@@ -17,10 +17,11 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     Attached to the rotor's station the ring is fixed in the ground; with a stator of its own mass,
     `(rub, ("rotor", "stator"))`. The rotor overlaps the ring by `u = |e| - gap`, e its centre less the
-    ring's. The normal force is `N = stiffness u (1 + hysteresis u') + damping u'`, never below zero (Hunt &
-    Crossley; a spring and a damper), and Coulomb friction `friction N tanh(slip / slip_speed)` opposes the sliding of the surfaces, `slip =
-    radius phi' + e' · t` with t a quarter turn on from the normal: at each angle of contact in the
-    direction that takes energy out. It brakes the spin with `radius` for its arm.
+    ring's. The normal force is `N = stiffness u (1 + hysteresis u') + damping u'`, never below zero, after
+    Hunt & Crossley or of a spring and a damper, and Coulomb friction `friction N tanh(slip / slip_speed)`
+    opposes the sliding of the surfaces, `slip = radius phi' + e' · t` with t a quarter turn on from the
+    normal: at each angle of contact in the direction that takes energy out. It brakes the spin with `radius`
+    for its arm.
 
     - `gap`: m, radial. `stiffness`: N/m. `radius`: m, of the rotor's surface.
     - `friction`: Coulomb's coefficient. `slip_speed`: m/s, within which friction reverses (smoothing).

@@ -46,7 +46,7 @@ class AbstractMagnet(Part):
 
     @abc.abstractmethod
     def inductance(self) -> Scalar:
-        """Of a coil, the rotor in the middle, H: by it an amplifier's voltage limits how fast currents change."""
+        """Of a coil, the rotor in the middle, H: by it a voltage limits how fast currents change."""
 
     @abc.abstractmethod
     def limit(self) -> Scalar | None:

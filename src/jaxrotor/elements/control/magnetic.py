@@ -64,10 +64,12 @@ class MagneticBearing(
     - `other_magnet`, `other_controller`: those of the axis w, where they differ.
 
     At its limits a loop is stiff, so a machine with it is run by `Rosenbrock`; where nothing comes near them
-    `solver=jr.ExponentialAdams()` does too. Give the rotor an auxiliary bearing (`Rub`) that is narrower than the gap: where the gap closes the pull
-    has no bound. Signals, along v and w: `current_v`, `current_w` (A, control currents), `force_v`, `force_w`
-    (N, on the rotor), `measured_v`, `measured_w` (m). Source: Schweitzer & Maslen (eds.), Magnetic Bearings:
-    Theory, Design, and Application to Rotating Machinery (2009).
+    `solver=jr.ExponentialAdams()` does too. Give the rotor an auxiliary bearing (`Rub`) that is narrower than
+    the gap: where that closes the pull has no bound. Signals, along v and w: `current_v`, `current_w` (A,
+    control currents), `force_v`, `force_w` (N, on the rotor), `measured_v`, `measured_w` (m).
+
+    Source: Schweitzer & Maslen (eds.), Magnetic Bearings: Theory, Design, and Application to Rotating
+    Machinery (2009).
     """
 
     magnet: AbstractMagnet

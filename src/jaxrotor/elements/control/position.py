@@ -41,8 +41,8 @@ class AbstractPositionController(Part):
 
 
 class PID(AbstractPositionController):
-    """`kp + ki/s + kd s/(1 + s/w)` of the error, A/m: kp = `proportional`, ki = `integral`, kd = `derivative`,
-    w = 2 pi `cutoff` of the derivative's lag.
+    """`kp + ki/s + kd s/(1 + s/w)` of the error, A/m: kp = `proportional`, ki = `integral`, kd =
+    `derivative`, w = 2 pi `cutoff` of the derivative's lag.
 
     Without `integral` (left out) it is a PD controller, and the rotor sags under its weight. At the current's
     limit the integral's share follows what is given at the rate `anti_windup` (1/s; left out:
@@ -92,8 +92,9 @@ class TransferFunction(AbstractPositionController):
             yield "numerator must have a coefficient at least, but is empty"
         elif self.numerator.size > self.denominator.size:
             yield (
-                f"numerator must not be of a higher degree than the denominator, {self.denominator.size - 1}, "
-                f"but is of {self.numerator.size - 1}: add a pole that is fast enough"
+                "numerator must not be of a higher degree than the denominator, "
+                f"{self.denominator.size - 1}, but is of {self.numerator.size - 1}: add a pole that is fast "
+                "enough"
             )
 
     @classmethod
@@ -162,7 +163,7 @@ def _size(b: Array) -> Array:
 
 
 class StateSpace(AbstractPositionController):
-    """`z' = A z + B error`, current `C z + D error`: A (m, m) 1/s, B (m,), C (m,), D A/m; C times B is A/(m·s)."""
+    """`z' = A z + B error`, current `C z + D error`: A (m, m) in 1/s, B (m,), C (m,), D in A/m."""
 
     A: Float[Array, "m m"] = parameter(shapes=((None, None),))
     B: Float[Array, " m"] = parameter(shapes=((None,),))
