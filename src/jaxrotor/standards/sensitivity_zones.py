@@ -70,7 +70,7 @@ def peak_sensitivity(
     closed loop's linear model.
 
     Exact derivatives in both modes. Raises `InputError` for names that are none, for a sampled loop (it has
-    no linear model in continuous time), and where the closed loop is not stable.
+    no linear model in continuous time), and where the closed loop is not stable (under `jit` it is infinite).
     """
     axes = axes_of(machine, loop)
     if axes is not None:
@@ -197,7 +197,9 @@ def _peak_in_program(G: Transfer, points: int) -> PeakSensitivity:
     peaks = with_slopes(lambda w: _level(G, w), near, drop)
     value, where = peaks.height[0], peaks.place[0]
     beyond = jnp.isnan(value) | (value <= 1.0)
-    return PeakSensitivity(jnp.where(beyond, 1.0, value), jnp.where(beyond, jnp.inf, where))
+    dies = stable(still.A)
+    value = jnp.where(dies, jnp.where(beyond, 1.0, value), jnp.inf)
+    return PeakSensitivity(value, jnp.where(beyond, jnp.inf, where))
 
 
 @takes(
