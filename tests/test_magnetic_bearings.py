@@ -489,3 +489,52 @@ PD_LOOP = el.PID(KP, KD)
 def test_what_is_wrong_is_told(make, words):
     with pytest.raises(jr.InputError, match=words):
         make().check()
+
+
+# Figures, and what moves the numbers
+
+
+def test_figures_of_the_loops(loops):
+    """What is drawn is what was found."""
+    hertz = np.asarray(loops.frequencies) / (2 * np.pi)
+    panel = loops.plot()
+    np.testing.assert_allclose(panel.lines[0].get_data(), (hertz, loops.decibels[:, 0]))
+    assert f"{np.max(loops.decibels):.1f} dB" in panel.lines[0].get_label()
+    near = loops.plot.nyquist()
+    rings, L = near.lines[:3], np.asarray(loops.open_loop)[:, 0]
+    for ring, end in zip(rings, (3.0, 4.0, 5.0)):
+        x, y = np.asarray(ring.get_data())
+        np.testing.assert_allclose(np.hypot(x + 1, y), 1 / end)
+    np.testing.assert_allclose(near.lines[3].get_data(), (L.real, L.imag))
+    size, phase = loops.plot.bode()
+    np.testing.assert_allclose(size.lines[0].get_ydata(), 20 * np.log10(np.abs(L)))
+    shown = np.asarray(phase.lines[0].get_ydata())
+    there = ~np.isnan(shown)
+    np.testing.assert_allclose(shown[there], np.rad2deg(np.angle(L))[there])
+    assert there.sum() > 55
+
+
+def test_what_moves_the_peak(pair):
+    """As `jaxrotor assess` tells it: what differences of the peak tell, of a controller, a magnet, the rotor
+    and the place of a sensor."""
+    from jaxrotor.standards.moves import of_sensitivity
+    from jaxrotor.standards.sensitivities import derivatives
+
+    def peak(machine):
+        return jr.standards.peak_sensitivity(machine, "middle.w", 150.0, at="undeformed")
+
+    there = peak(pair)
+    moves = of_sensitivity(pair, "middle.w", 150.0, "undeformed", float(there.frequency))
+    (found,) = derivatives([moves])
+    for path in (
+        "middle.controller.derivative",
+        "left.magnet.displacement_stiffness",
+        "rotor.transverse_inertia",
+    ):
+        value = float(pair.get(path))
+        ends = [float(peak(pair.set({path: value * (1 + d)})).value) for d in (-1e-4, 1e-4)]
+        assert found[path] == pytest.approx((ends[1] - ends[0]) / (2e-4 * value), rel=1e-5)
+    ends = [
+        float(peak(pair.set({"rotor.ends[1]": ENDS[1] * (1 + d)})).value) for d in (-1e-4, 1e-4)
+    ]
+    assert found["rotor.ends"][1] == pytest.approx((ends[1] - ends[0]) / (2e-4 * ENDS[1]), rel=1e-5)

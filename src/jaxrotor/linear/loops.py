@@ -114,8 +114,8 @@ def opened(machine: Machine, bearings: Sequence[str], speed: Any, at: Any) -> Op
 def channels(
     machine: Machine, bearings: tuple[str, ...], state: State, speed: Array
 ) -> tuple[Float[Array, "d n"], Float[Array, "n d"]]:
-    """E and C of `Opened` in a state: how the rates change with what is added to what sensors measure (as with
-    the setpoint, against it), and what they measure of it."""
+    """E and C of `Opened` in a state: how the rates change with what is added to what sensors measure (as
+    with the setpoint, against it), and what they measure of it."""
     labels = coordinate_order(machine)[3]
     signals = tuple(f"{name}.measured_{axis}" for name in bearings for axis in AXES)
     outputs = outputs_of(machine, labels, signals)

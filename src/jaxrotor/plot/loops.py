@@ -1,6 +1,7 @@
 """Control loops of magnetic bearings: sensitivity with its zones, the open loop by Nyquist and by Bode."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -75,7 +76,7 @@ def nyquist(loops: ControlLoops, ax: Given | None = None) -> Axes:
             label=f"end of zone {name}, |S| = {end:g}",
         )  # fmt: skip
     for k, (axis, look) in enumerate(_looks(loops)):
-        L = np.asarray(loops.open_loop)[:, k]
+        L: Any = np.asarray(loops.open_loop)[:, k]
         panel.plot(L.real, L.imag, label=axis, **look)
     panel.plot([-1], [0], "+", color="black", markersize=10, markeredgewidth=1.6)
     panel.set_aspect("equal")

@@ -156,8 +156,8 @@ def of_factor(found: Resonances, k: int, moves: dict[str, Moves]) -> Moves:
 
 
 def of_sensitivity(machine: Machine, loop: str, speed: float, at: Any, frequency: float) -> Moves:
-    """Of |1/(1 + L)| at its peak, rad/s, of an axis of a magnetic bearing, "bearing.v"; what its sensor and its
-    controller make of a steady state is as they make of the one there is."""
+    """Of |1/(1 + L)| at its peak, rad/s, of an axis of a magnetic bearing, "bearing.v". How its controller
+    answers does not follow the steady state (a linear one's does not, away from the current's limit)."""
     full, (name, _, axis) = machine.full(), loop.rpartition(".")
     found, k = opened(full, (name,), speed, at), AXES.index(axis)
     A, E, C = (numbers(x) for x in (found.A, found.E[:, k], found.C[k]))
@@ -170,7 +170,7 @@ def of_sensitivity(machine: Machine, loop: str, speed: float, at: Any, frequency
 
     def outside(machine: Machine) -> Array:
         entering, seen = channels(machine.full(), (name,), state, jnp.asarray(speed))
-        return (turn * (left @ entering[:, k] + seen[k] @ x)).real
+        return jnp.real(turn * (left @ entering[:, k] + seen[k] @ x))
 
     none = np.zeros(found.n)
     form = Form(speed, turn * left, x, none)
