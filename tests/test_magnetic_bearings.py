@@ -168,7 +168,7 @@ def chain(s):
 
 
 AMPLIFIER = el.CurrentAmplifier(bandwidth=2e3, voltage=100.0, delay=4e-5)
-WHOLE = el.MagneticBearing(MAGNETS, el.PID(KP, KD, 5e3, 4e5), AMPLIFIER, cutoff=3e3)
+WHOLE = el.MagneticBearing(MAGNETS, el.PID(KP, KD, 5e3, 4e5), AMPLIFIER, sensor_cutoff=3e3)
 W = np.geomspace(5.0, 5e4, 60)
 
 
@@ -386,7 +386,12 @@ def test_the_books_of_a_drop():
     """Voltages at their limit, iron saturated, coils hot, then the power fails, the rotor bounces and rubs:
     what the supply fed in, less heat, is in the rotor and the fields."""
     bearing = el.MagneticBearing(
-        ROUGH, el.PID(KP, KD, 5e3, 4e5), AMPLIFIER, cutoff=3e3, fails_at=0.02, decay_time=2e-3
+        ROUGH,
+        el.PID(KP, KD, 5e3, 4e5),
+        AMPLIFIER,
+        sensor_cutoff=3e3,
+        fails_at=0.02,
+        decay_time=2e-3,
     )
     ring = jr.Rub(CLEARANCE, CONTACT, RADIUS, 0.2, damping=500.0)
     machine = rigid(bearing, G, ring=ring)
@@ -402,7 +407,7 @@ FULL = el.MagneticBearing(
     ROUGH,
     el.InSeries((el.PID(KP, KD, 5e3, 4e5), el.StateSpace(A2, B2, 1e-4 * np.array(C2), 0.9))),
     el.CurrentAmplifier(1.8, 2e3, 100.0, 4e-5),
-    cutoff=3e3,
+    sensor_cutoff=3e3,
     setpoint=(1e-5, -2e-5),
     fails_at=0.1,
     other_magnet=el.LinearMagnet(KI, KS, 1.9, 0.02, 0.3),
@@ -441,8 +446,10 @@ def test_derivatives_by_every_parameter():
 def test_two_axes_that_are_alike_are_two_axes():
     """The same parts given for each axis, and for both at once."""
     parts = MAGNETS, el.PID(KP, KD, 5e3, 4e5), AMPLIFIER
-    both = el.MagneticBearing(*parts, cutoff=3e3)
-    each = el.MagneticBearing(*parts, cutoff=3e3, other_magnet=MAGNETS, other_controller=parts[1])
+    both = el.MagneticBearing(*parts, sensor_cutoff=3e3)
+    each = el.MagneticBearing(
+        *parts, sensor_cutoff=3e3, other_magnet=MAGNETS, other_controller=parts[1]
+    )
     rng = np.random.default_rng(6)
     motions = ((jnp.array(1e-4 * rng.standard_normal(6)), jnp.array(rng.standard_normal(6))),)
     state = jnp.array(rng.uniform(0.0, 1.0, both.initial().size))

@@ -57,7 +57,7 @@ class MagneticBearing(
     - `controller`: `PID`, `TransferFunction`, `StateSpace`, `InSeries`, or one of your own, from the error
       (`setpoint` less what is measured, m) to the control current (A).
     - `amplifier`: limits, lag, voltage, delay; by default ideal but for the limit that the bias sets.
-    - `cutoff`: Hz, of a second-order Butterworth low-pass in the sensors; none by default.
+    - `sensor_cutoff`: Hz, of a second-order Butterworth low-pass in the sensors; none by default.
     - `angle`: rad, of the axis v from x. `setpoint`: m, where the rotor is held, along v and w.
     - `fails_at`: s, when the power fails: from then on all currents, the bias too, die with the time constant
       `decay_time` (inductance over resistance of coils that are short-circuited).
@@ -75,7 +75,9 @@ class MagneticBearing(
     magnet: AbstractMagnet
     controller: AbstractPositionController
     amplifier: CurrentAmplifier = eqx.field(default_factory=ideal)
-    cutoff: Float[Array, ""] | None = parameter("Hz", positive=True, optional=True, default=None)
+    sensor_cutoff: Float[Array, ""] | None = parameter(
+        "Hz", positive=True, optional=True, default=None
+    )
     angle: Float[Array, ""] = parameter("rad", default=0.7853981633974483)
     setpoint: Pair = parameter("m", shapes=((2,),), default=(0.0, 0.0))
     fails_at: Float[Array, ""] | None = parameter("s", optional=True, default=None)
@@ -120,7 +122,7 @@ class MagneticBearing(
 
     def _sizes(self) -> list[int]:
         """States of each axis."""
-        more = self.amplifier.initial().shape[0] + 2 * (self.cutoff is not None)
+        more = self.amplifier.initial().shape[0] + 2 * (self.sensor_cutoff is not None)
         return [more + controller.initial().shape[0] for _, controller in self._parts()]
 
     def _each(self, one: Callable[..., Array], axes: Axis) -> Array:
@@ -164,9 +166,9 @@ class MagneticBearing(
 
     def _split(self, axis: Axis) -> tuple[Array, Array, Array, Array]:
         """The error as the controller sees it, and the states of filter, controller and amplifier."""
-        first = 2 * (self.cutoff is not None)
+        first = 2 * (self.sensor_cutoff is not None)
         last = axis.state.shape[0] - self.amplifier.initial().shape[0]
-        seen = axis.error if self.cutoff is None else axis.state[0]
+        seen = axis.error if self.sensor_cutoff is None else axis.state[0]
         return seen, axis.state[:first], axis.state[first:last], axis.state[last:]
 
     def _limit(self, magnet: AbstractMagnet) -> Array | None:
@@ -185,9 +187,9 @@ class MagneticBearing(
             controller.rates(seen, inner, excess),
             self.amplifier.rates(wanted, driven, limit, magnet.inductance()),
         ]
-        if self.cutoff is not None:
+        if self.sensor_cutoff is not None:
             parts = [
-                jnp.stack(low_pass_rates(self.cutoff, axis.error, filtered[0], filtered[1])),
+                jnp.stack(low_pass_rates(self.sensor_cutoff, axis.error, filtered[0], filtered[1])),
                 *parts,
             ]
         return jnp.concatenate(parts)
