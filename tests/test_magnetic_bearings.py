@@ -545,3 +545,30 @@ def test_what_moves_the_peak(pair):
         float(peak(pair.set({"rotor.ends[1]": ENDS[1] * (1 + d)})).value) for d in (-1e-4, 1e-4)
     ]
     assert found["rotor.ends"][1] == pytest.approx((ends[1] - ends[0]) / (2e-4 * ENDS[1]), rel=1e-5)
+
+
+def test_loops_inside_a_program():
+    """Under `jit` what they are outside, with the slope of the sensitivity by a gain: -S² dL/dkd."""
+    bearing = el.MagneticBearing(LINEAR, el.PID(KP, KD, 5e3), el.CurrentAmplifier(bandwidth=1e3))
+    machine, w = rigid(bearing), jnp.array([200.0, 900.0])
+
+    def entry(kd):
+        changed = machine.set({"amb.controller.derivative": kd})
+        return jr.linear.control_loops(changed, w, at="undeformed").matrix[:, 0, 0]
+
+    value, slope = jr.jit(lambda kd: jax.jvp(entry, (kd,), (jnp.ones(()),)))(KD)
+    s = 1j * np.asarray(w)
+    lag = KI / (M * s**2 - KS) * (2e3 * np.pi) / (s + 2e3 * np.pi)
+    S = 1 / (1 + lag * pid(s))
+    np.testing.assert_allclose(value, S, rtol=1e-9)
+    np.testing.assert_allclose(slope, -(S**2) * lag * s / (1 + s / LAG), rtol=1e-8)
+
+
+def test_an_axis_is_named_in_a_study():
+    from jaxrotor.study.read_standards import read_standards
+
+    asked = {"speeds": ["100 rpm", "900 rpm"], "magnetic": [{"name": "amb"}, {"name": "amb.w"}]}
+    assert [one.name for one in read_standards(asked, rigid(WHOLE)).magnetic] == ["amb", "amb.w"]
+    asked["magnetic"] = [{"name": "amb.x"}]
+    with pytest.raises(jr.InputError, match="name names no such part"):
+        read_standards(asked, rigid(WHOLE))
