@@ -3,6 +3,7 @@ example rotors, both programs given one description; what cannot be carried is r
 
 import warnings
 
+import equinox as eqx
 import jax
 import numpy as np
 import pytest
@@ -488,3 +489,92 @@ def test_what_ross_has_not_is_refused(changed, words):
         other = jr.Machine(machine.elements() | changed, places, fixed=machine.fixed())
     with pytest.raises(jr.InputError, match=words):
         jr.interop.to_ross(other)
+
+
+# Magnetic bearings
+
+W_AMB = [20.0, 60.0, 150.0, 400.0, 1000.0, 3000.0]
+
+
+def levitated(bearing=None, extra=(), **options):
+    """A shaft of two pieces with a disk between two magnetic bearings, or what `bearing` makes instead."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+    shaft = [ross.ShaftElement(L=0.15, idl=0.0, odl=0.03, material=steel) for _ in range(2)]
+    given = dict(g0=5e-4, i0=1.5, ag=2e-4, nw=200, alpha=0.39269908, frequency=W_AMB) | options
+    make = bearing or (lambda n: ross.MagneticBearingElement(n=n, tag=f"amb {n}", **given))
+    parts = [*map(make, (0, 2)), *extra]
+    return ross.Rotor(shaft, [ross.DiskElement(1, 6.0, 0.02, 0.012)], parts)
+
+
+# ROSS makes them with NumPy's old matrices
+old_matrices = pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+
+
+@old_matrices
+@pytest.mark.parametrize(
+    "options",
+    [
+        dict(kp_pid=9000.0, kd_pid=20.0, ki_pid=1000.0, n_f=2e4, k_amp=1.2, k_sense=0.9),
+        dict(kd_pid=20.0, ki_pid=3e5, sensors_axis_rotation=0.3),
+        dict(controller_transfer_function=([2e3, 2e7, 1e11], [1.0, 3e4, 1e7])),
+    ],
+    ids=["pid", "without kp", "polynomials"],
+)
+def test_a_magnetic_bearing(options):
+    """Its own coefficients at each frequency (as computed; the spline through them is off by up to 2 %, where
+    points are few), and the receptance of its rotor with those."""
+    options = dict(options)
+    if "controller_transfer_function" in options:
+        control = pytest.importorskip("control")
+        rows = options["controller_transfer_function"]
+        options["controller_transfer_function"] = control.TransferFunction(*rows)
+    theirs = levitated(**options)
+    machine, one = from_ross(theirs), theirs.bearing_elements[0]
+    speed, inputs = 200.0, ["node 0.x", "node 1.y"]
+    outputs = ["node 0.x", "node 0.y", "node 1.x", "node 1.y"]
+    got = jr.frequency_response(
+        machine, inputs, outputs, W_AMB, speed=speed, at="undeformed"
+    ).values
+    for k, w in enumerate(W_AMB):
+        own = {
+            f"{a}{b}{c}": float(getattr(one, f"{a}{b}{c}")[k])
+            for a in "kc"
+            for b in "xy"
+            for c in "xy"
+        }
+        alike = levitated(lambda n, own=own: ross.BearingElement(n, **own))
+        damping = alike.C(w) + speed * alike.G()
+        stiffness = -w * w * alike.M(w) + 1j * w * damping + alike.K(w)
+        want = np.linalg.inv(stiffness)[np.ix_([0, 1, 6, 7], [0, 7])]
+        np.testing.assert_allclose(got[k], want, rtol=1e-6, atol=1e-8 * np.abs(want).max())
+
+
+@old_matrices
+def test_sensitivity_of_a_magnetic_bearing():
+    """As ROSS computes it, in time, with two mistakes: in `compute_pid_amb` the magnets' stiffness has the
+    sign of a spring, and acts on the disturbance too. Put into a machine (the stiffness, with the other sign,
+    into the controller's gain) they give ROSS's signal; the machine itself is right in all other tests."""
+    signal = pytest.importorskip("scipy.signal")
+    from jaxrotor.linear.loops import opened
+
+    options = dict(g0=1e-3, i0=1.0, ag=1e-4, kp_pid=1600.0, n_f=1e4)
+    dampers = [ross.BearingElement(n, kxx=1e-3, cxx=120.0, tag=f"damper {n}") for n in (0, 2)]
+    theirs = levitated(extra=dampers, **options)
+    found = theirs.run_amb_sensitivity(
+        speed=100.0, t_max=0.25, dt=5e-5, disturbance_amplitude=1e-3, amb_tags=["amb 0"],
+        disturbance_min_frequency=2.0, disturbance_max_frequency=200.0, verbose=0,
+    ).sensitivity_run_time_results  # fmt: skip
+    machine = from_ross(theirs)
+    for name in ("amb 0", "amb 2"):
+        magnet = machine[name].magnet.linearised()
+        gain = machine[name].controller.proportional
+        gain = gain + magnet.displacement_stiffness / magnet.current_stiffness
+        machine = machine.set({f"{name}.controller.proportional": gain})
+        passive = jr.elements.LinearMagnet(magnet.current_stiffness, 0.0)
+        machine = eqx.tree_at(lambda m, name=name: m[name].magnet, machine, passive)
+    loops = opened(machine, ("amb 0",), 100.0, "undeformed")
+    row, column = np.asarray(loops.C)[:1], np.asarray(loops.E)[:, :1]
+    added, want = (found["amb 0"]["x"][f"{k}_signal"] for k in ("excitation", "sensor"))
+    _, got, _ = signal.lsim((np.asarray(loops.A), column, row, [[0.0]]), added, found["t"])
+    # its force is that of the step before
+    assert np.abs(got - want).max() < 0.01 * np.abs(want).max()

@@ -68,6 +68,7 @@ ENTRIES = [
     Entry(C + "governed_generator.toml", "A governed generator takes a load", "*torque*"),
     Entry(C + "rolling_mill.toml", "Two bars through a rolling stand", "two_bars*"),
     Entry(C + "oil_film_rotor.toml", "Oil whirl in plain journal bearings", "whirl_at_half*"),
+    Entry(C + "magnetic_bearings.toml", "A rotor in magnetic bearings, and its drop", "heights*"),
     Entry(C + "cracked_shaft.toml", "A cracked rotor runs up", "*waterfall*"),
     Entry(C + "test_bench_record.toml", "A rotor driven by a measured start", "*distances*"),
     Entry(C + "compressor_assessment.toml", "A compressor held against API 617", "*.png", "assess"),
@@ -88,6 +89,7 @@ ENTRIES = [
     Entry(X + "finite_film.py", "Films of finite length", "*.png"),
     Entry(X + "fault_signatures.py", "What each fault looks like", "*.png"),
     Entry(X + "oil_whirl.py", "Whirl, then whip", "*.png"),
+    Entry(X + "magnetic_bearing_design.py", "A magnetic bearing designed by its sensitivity", "*.png"),
     Entry(X + "critical_speed_design.py", "Critical speeds moved away by gradient", "*.png"),
 ]  # fmt: skip
 

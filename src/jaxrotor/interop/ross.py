@@ -24,6 +24,7 @@ from ..elements.shafts.finite import FiniteElementShaft
 from ..elements.shafts.material import Material
 from ..machine.machine import Machine
 from ..profiles.motion import AbstractMotion
+from .ross_magnetic import magnetic_bearing
 
 # Names in a sentence.
 _TOLD = 3
@@ -59,16 +60,20 @@ def from_ross(
     the other way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables
     over frequency and speed become a `WhirlDependentSupport`.
 
+    A magnetic bearing becomes a `MagneticBearing` with its magnets and its controller, gains of amplifier and
+    sensor in it: its coefficients over the frequency are those of ROSS, and modes are those of the closed
+    loop, where ROSS takes the coefficients at the frequency of the speed. In time its magnets are those of
+    `Electromagnets`, limited and nonlinear.
+
     Where they differ: in tapered elements the axial and torsional rows are integrals here, means of both ends
     in ROSS, and the shear coefficient is that of every section, of the middle one in ROSS (a bore that tapers
     alone: under 1 % of the element's stiffness). With shear, a torque acts about the axis of the sections
     here, about the centre line's in ROSS: under a hundredth of what it does to a slender shaft. Internal
     damping (`beta K`) is of the elastic stiffness here, of what axial force and torque add to it too in ROSS.
 
-    Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
-    gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or
-    mass coefficients between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole
-    rotor. Raises `MissingExtraError` where ROSS is not installed.
+    Raises `InputError` for what it cannot carry, a sentence for each kind of it: helical gears (the direction
+    of their force is no unit vector in ROSS), a mesh that varies or has play, tables or mass coefficients
+    between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole rotor. Raises `MissingExtraError` where ROSS is not installed.
     """
     ross = imported()
     if not isinstance(rotor, ross.Rotor):
@@ -133,7 +138,10 @@ def from_ross(
         elements[name], connections[name] = _mesh(mesh, name, faults)
     for bearing in rotor.bearing_elements:
         name = named(bearing, "bearing")
-        element = _bearing(ross, bearing, name, table_speeds, faults)
+        if isinstance(bearing, ross.MagneticBearingElement):
+            element = magnetic_bearing(bearing)
+        else:
+            element = _bearing(bearing, name, table_speeds, faults)
         if element is not None:
             elements[name] = element
             linked = bearing.n_link is not None
@@ -349,17 +357,13 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: Faults) -> FiniteElementSha
     )
 
 
-def _bearing(
-    ross: Any, bearing: Any, name: str, table_speeds: Any, faults: Faults
-) -> AbstractElement | None:
+def _bearing(bearing: Any, name: str, table_speeds: Any, faults: Faults) -> AbstractElement | None:
     # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
     given: dict[str, Any] = {axis: getattr(bearing, axis, None) for axis in ("frequency", "speed")}
     axes = {axis: np.asarray(x, float) for axis, x in given.items() if np.size(x) > 1}
     massive = any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz"))
     words = None
-    if isinstance(bearing, ross.MagneticBearingElement):
-        words = "magnetic bearings with their controllers cannot be carried"
-    elif massive and bearing.n_link is not None:
+    if massive and bearing.n_link is not None:
         words = "mass coefficients between two nodes cannot be carried"
     elif axes and bearing.n_link is not None:
         words = "a table of coefficients between two nodes cannot be carried"
