@@ -47,18 +47,49 @@ def held_acceleration(
 
 
 def _solve(matrix: Sequence[Sequence[Array]], right: Sequence[Array]) -> list[Array]:
-    """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this."""
-    k = len(right)
-    # apart, so that a reader of the program sees what of it depends on the motion (linear/degree.py)
-    lines, sides = [list(line) for line in matrix], list(right)
+    """Gaussian elimination, unrolled: k is 6 at most, and a library call costs more than this.
+
+    Differentiated as the equation that it solves: the elimination's own derivative would be a third of the
+    program of a train that only turns.
+    """
+    if len(right) == 1:
+        return [right[0] / matrix[0][0]]
+    eliminated = _eliminated([[jax.lax.stop_gradient(x) for x in line] for line in matrix])
+
+    def product(x: Sequence[Array]) -> list[Array]:
+        return [sum(m * each for m, each in zip(line[1:], x[1:])) + line[0] * x[0] for line in matrix]
+
+    return jax.lax.custom_linear_solve(
+        product,
+        list(right),
+        lambda _, b: _substituted(eliminated, b),
+        lambda _, b: _substituted([list(line) for line in zip(*eliminated)], b, turned=True),
+    )
+
+
+def _eliminated(lines: list[list[Array]]) -> list[list[Array]]:
+    """Factors below the diagonal, what is left of the matrix on it and above."""
+    k = len(lines)
     for i in range(k):  # symmetric and positive definite up to scaling: no pivoting needed
         for j in range(i + 1, k):
-            factor = lines[j][i] / lines[i][i]
+            lines[j][i] = lines[j][i] / lines[i][i]
             for c in range(i + 1, k):
-                lines[j][c] = lines[j][c] - factor * lines[i][c]
-            sides[j] = sides[j] - factor * sides[i]
+                lines[j][c] = lines[j][c] - lines[j][i] * lines[i][c]
+    return lines
+
+
+def _substituted(lines: list[list[Array]], right: Sequence[Array], turned=False) -> list[Array]:
+    """The solution by what `_eliminated` left; `turned`: of the transposed equation, by its transpose."""
+    k, sides = len(right), list(right)
+    # the diagonal goes with what stands above it, which `turned` is passed first
+    for i in range(k):
+        for c in range(i):
+            sides[i] = sides[i] - lines[i][c] * sides[c]
+        if turned:
+            sides[i] = sides[i] / lines[i][i]
     for i in reversed(range(k)):
         for c in range(i + 1, k):
             sides[i] = sides[i] - lines[i][c] * sides[c]
-        sides[i] = sides[i] / lines[i][i]
+        if not turned:
+            sides[i] = sides[i] / lines[i][i]
     return sides
