@@ -169,7 +169,12 @@ def test_derivatives_through_contact_and_film():
     # a mass without gyroscopic terms, dropped: what a rotor's own equations make of derivatives is seen
     # elsewhere (test_gradients), and is half of the program
     mass = jr.SelfAligningBearing(
-        MASS, STIFFNESS, DAMPING, shaft_mass=0.1, shaft_transverse_inertia=0.01, shaft_polar_inertia=0.01
+        MASS,
+        STIFFNESS,
+        DAMPING,
+        shaft_mass=0.1,
+        shaft_transverse_inertia=0.01,
+        shaft_polar_inertia=0.01,
     )
     machine = jr.Machine.in_line(
         {"disc": mass},

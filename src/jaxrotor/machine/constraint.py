@@ -57,7 +57,9 @@ def _solve(matrix: Sequence[Sequence[Array]], right: Sequence[Array]) -> list[Ar
     eliminated = _eliminated([[jax.lax.stop_gradient(x) for x in line] for line in matrix])
 
     def product(x: Sequence[Array]) -> list[Array]:
-        return [sum(m * each for m, each in zip(line[1:], x[1:])) + line[0] * x[0] for line in matrix]
+        return [
+            sum(m * each for m, each in zip(line[1:], x[1:])) + line[0] * x[0] for line in matrix
+        ]
 
     return jax.lax.custom_linear_solve(
         product,
