@@ -1,6 +1,6 @@
 """A station with mass some of whose coordinates are held."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -8,19 +8,17 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.kinematics import rows
-from ..core.protocol import AbstractInertia, Vec6
-from .seen import Seen
+from ..core.protocol import Vec6
 
 
 def held_acceleration(
-    element: "AbstractInertia | Seen",
-    q: Vec6,
-    v: Vec6,
+    acceleration: Callable[[Vec6], Vec6],
     Q: Vec6,
     held: tuple[int, ...],
     given: Float[Array, " k"],
 ) -> tuple[Vec6, Vec6]:
-    """Accelerations with those of the `held` coordinates as `given`, and the reaction.
+    """Accelerations with those of the `held` coordinates as `given`, and the reaction. `acceleration`: of the
+    free body under a force.
 
     The constraint force λ solves `(M⁻¹)_hh λ = given - a_h(free)`: the same as
     `M_ff a_f = Q_f - h_f - M_fp a_p`, but the closed form of the free body serves, and λ is the
@@ -29,19 +27,19 @@ def held_acceleration(
     """
 
     def response(direction: Vec6) -> tuple[Vec6, Vec6]:
-        return jax.jvp(lambda F: element.acceleration(q, v, F), (Q,), (direction,))
+        return jax.jvp(acceleration, (Q,), (direction,))
 
     # one trace for both: the acceleration of the free body, and what each reaction adds to it
     free, columns = jax.vmap(response, out_axes=(None, 1))(jnp.eye(6)[np.array(held)])
     # number by number: a scatter would keep a loop around it from being one kernel
     free, by, values = rows(free), [rows(x) for x in rows(columns)], rows(given)
     reaction = _solve([by[i] for i in held], [values[k] - free[i] for k, i in enumerate(held)])
-    acceleration = [
+    found = [
         given[held.index(i)] if i in held else free[i] + sum(c * r for c, r in zip(by[i], reaction))
         for i in range(6)
     ]
     zero = jnp.zeros_like(free[0])
-    return jnp.stack(acceleration), jnp.stack(
+    return jnp.stack(found), jnp.stack(
         [reaction[held.index(i)] if i in held else zero for i in range(6)]
     )
 
