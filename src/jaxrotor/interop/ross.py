@@ -73,7 +73,8 @@ def from_ross(
 
     Raises `InputError` for what it cannot carry, a sentence for each kind of it: helical gears (the direction
     of their force is no unit vector in ROSS), a mesh that varies or has play, tables or mass coefficients
-    between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole rotor. Raises `MissingExtraError` where ROSS is not installed.
+    between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole rotor. Raises
+    `MissingExtraError` where ROSS is not installed.
     """
     ross = imported()
     if not isinstance(rotor, ross.Rotor):
