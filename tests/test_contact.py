@@ -166,23 +166,7 @@ def test_derivatives_through_contact_and_film():
     """By friction, gap and damping of a rub and clearance and viscosity of a film, in one machine."""
     rub = jr.Rub(1.5e-4, 1e6, 0.05, 0.1, 0.5, smoothing=1e-5)
     film = jr.JournalBearing(0.1, 0.02, 4e-4, 0.02)
-    # a mass without gyroscopic terms, dropped: what a rotor's own equations make of derivatives is seen
-    # elsewhere (test_gradients), and is half of the program
-    mass = jr.SelfAligningBearing(
-        MASS,
-        STIFFNESS,
-        DAMPING,
-        shaft_mass=0.1,
-        shaft_transverse_inertia=0.01,
-        shaft_polar_inertia=0.01,
-    )
-    machine = jr.Machine.in_line(
-        {"disc": mass},
-        attachments={"rub": (rub, "disc"), "film": (film, "disc")},
-        gravity=(10.0, -20.0, 0.0),
-        fixed={"disc": ("z", "psi", "theta")},
-        prescribed={"disc": {"phi": jr.ConstantSpeed(330.0)}},
-    )
+    machine = jeffcott(330.0, {"rub": rub, "film": film})
 
     def own(m):
         return (
