@@ -8,6 +8,7 @@ import numpy as np
 from ..core.protocol import AbstractElement
 from ..elements.couplings.matrix import ElasticMatrix
 from ..elements.shafts.finite import FiniteElementShaft
+from ..elements.shafts.stepped import by_piece, sections
 from .ross import Faults
 
 # Of the largest entry of a matrix, what counts as nothing.
@@ -103,15 +104,14 @@ def _pieces(
             name, f'a {element.torque_kind} torque is none of ROSS: give torque_kind="axial"'
         )
     cut, count = element.segments(), element.inner + 1
-
-    def each(x: Any, default: float = 0.0) -> np.ndarray:
-        sections = count // int(element.elements)
-        value = np.broadcast_to(default if x is None else np.asarray(x), (sections,))
-        return np.repeat(value, int(element.elements))
-
+    force, torque = (
+        np.zeros(count)
+        if x is None
+        else np.asarray(by_piece(x, sections(element), element.elements))
+        for x in (element.axial_force, element.torque)
+    )
     outer, inner = np.asarray(cut.diameters), np.asarray(cut.inner_diameters)
     E, G, rho = (np.asarray(x) for x in (cut.youngs_modulus, cut.shear_modulus, cut.density))
-    force, torque = each(element.axial_force), each(element.torque)
     alpha, beta = map(float, element.rayleigh)
     pieces = []
     for k in range(count):

@@ -131,7 +131,7 @@ class _Writer:
         elif isinstance(element, Rotor) and not self._below(name):
             line, turned = self.of[name], element.unbalance
             mass = float(element.mass)
-            line.on.append((name, "DiskElement", _disk(name, element)))
+            line.on.append((name, "DiskElement", _disk(name, element, mass)))
             if float(turned.inclination):
                 self.faults.add(name, "dynamic unbalance (inclination) has no counterpart in ROSS")
             if element.imperfection is not None:
@@ -181,10 +181,7 @@ class _Writer:
             return
         if np.ptp(along):
             self.faults.add(name, "on a shaft a mass that differs by direction has no counterpart")
-        given = dict(m=float(along[0]), Id=float(element.transverse_inertia))
-        line.on.append(
-            (station, "DiskElement", given | dict(Ip=float(element.polar_inertia), tag=name))
-        )
+        line.on.append((station, "DiskElement", _disk(name, element, float(along[0]))))
 
     def _support(self, name: str, element: Any) -> dict[str, Any]:
         given: dict[str, Any] = dict(tag=name)
@@ -316,9 +313,9 @@ class _Writer:
         return rotor, first
 
 
-def _disk(name: str, element: Rotor) -> dict[str, Any]:
+def _disk(name: str, element: Rotor | AddedInertia, mass: float) -> dict[str, Any]:
     return dict(
-        m=float(element.mass),
+        m=mass,
         Id=float(element.transverse_inertia),
         Ip=float(element.polar_inertia),
         tag=name,
