@@ -9,7 +9,7 @@ from ..core.protocol import AbstractElement
 from ..elements.couplings.matrix import ElasticMatrix
 from ..elements.shafts.finite import FiniteElementShaft
 from ..elements.shafts.stepped import by_piece, sections
-from .ross import Faults
+from .ross_common import Faults
 
 # Of the largest entry of a matrix, what counts as nothing.
 NOTHING = 1e-12

@@ -22,7 +22,7 @@ from ..elements.rotors.rotor import Rotor
 from ..elements.shafts.finite import FiniteElementShaft
 from ..machine.machine import Machine
 from ..machine.wiring import FIXED
-from .ross import Faults, imported
+from .ross_common import Faults, imported
 from .ross_line import NOTHING, Line, lines_of
 
 _LOADS = (Torque, Force, Moment)
