@@ -14,6 +14,8 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 # OpenBLAS's threads spin while they wait for each other: a tenth of the time of machines of many stations.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Nor have XLA's, which wait for each other at every loop, while the other cores have tests of their own.
+os.environ.setdefault("NPROC", "1")
 # Nearly all of the tests' time is compiling: quick code that runs at half the speed takes a quarter of it.
 # Pieces compiled side by side cost more in all, and the other cores have tests of their own.
 QUICK = (

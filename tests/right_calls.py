@@ -92,7 +92,21 @@ def defect(x):
     return attached(jr.RollingBearing(1e9, 0.01, 0.05, defects=(x,)))
 
 
+def amplified(x):
+    return attached(jr.elements.MagneticBearing(MAGNETS, LEVITATOR, x))
+
+
+def levitated(x):
+    return attached(jr.elements.MagneticBearing(MAGNETS, x))
+
+
+def magnet(x):
+    return attached(jr.elements.MagneticBearing(x, LEVITATOR))
+
+
 SIX = (1e3,) * 6
+EYE = np.eye(2)
+MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 10.0)
 PARTS: dict[str, tuple] = {
     "Rotor": (station, (6.0, 0.0187, 0.0102)),
     "RigidBody": (station, (6.0, (1.0, 1.2, 1.5))),
@@ -133,6 +147,14 @@ PARTS: dict[str, tuple] = {
     "PI": (controller, (1.0, 0.1)),
     "PositivePositionFeedback": (controller, (1.0, 30.0)),
     "ResonantController": (controller, (1.0, 30.0)),
+    "MagneticBearing": (attached, (MAGNETS, LEVITATOR)),
+    "Electromagnets": (magnet, (2.0, 4e-4, 150.0, 2e-4)),
+    "LinearMagnet": (magnet, (100.0, 5e5)),
+    "CurrentAmplifier": (amplified, (2.0, 1e3)),
+    "PID": (levitated, (1e4, 10.0)),
+    "TransferFunction": (levitated, ((1e4, 2e7), (1.0, 3e3))),
+    "StateSpace": (levitated, (-EYE, np.ones(2), np.ones(2))),
+    "InSeries": (levitated, ((LEVITATOR, jr.elements.TransferFunction((1.0,), (1e-3, 1.0))),)),
     "KelvinVoigt": (law, (1e5,)),
     "Backlash": (law, (1e-4, 1e5)),
     "Bilinear": (law, (1e5, 2e5)),
@@ -176,7 +198,6 @@ PARTS: dict[str, tuple] = {
 T = np.arange(64) / 64.0
 WAVE = np.sin(2 * np.pi * 4 * T)
 ANGLE = 2 * np.pi * 4 * T
-EYE = np.eye(2)
 
 
 def standards(machine):
@@ -401,6 +422,10 @@ def functions(machine, model, response, found, record):
             dict(machine=machine, output="main.x", start=1.0, stop=9.0),
             dict(machine="machine", output="place", start="number", stop="number", points="count",
                  at="at"),
+        ),
+        "control_loops": (
+            dict(machine=levitated(LEVITATOR), frequencies=[100.0], bearings="extra"),
+            dict(machine="machine", frequencies="numbers", speed="number", bearings="place", at="at"),
         ),
         "h2_norm": (pair, ends),
         "h_infinity_norm": (pair, {**ends, "points": "count"}),

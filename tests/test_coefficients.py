@@ -229,6 +229,15 @@ def test_forced_vibration_takes_the_frequency_of_the_force(whirling):
     found = jr.frequency_response(whirling, "r.x", "r.x", w, speed=50.0, at="undeformed")
     expected = 1 / (K0 + K1 * w - 10.0 * w**2 + 1j * w * C0)
     np.testing.assert_allclose(found.values[:, 0, 0], expected, rtol=1e-9)
+
+    def scaled(scale):
+        moved = whirling.set({"s.stiffness": whirling.get("s.stiffness") * scale})
+        return jr.frequency_response(moved, "r.x", "r.x", w, speed=50.0, at="undeformed").values[
+            :, 0, 0
+        ]
+
+    slope = jax.jvp(scaled, (1.0,), (1.0,))[1]
+    np.testing.assert_allclose(slope, -(K0 + K1 * w) * expected**2, rtol=1e-9)
     unbalance = jr.unbalance_response(whirling, "r.x", w, at="undeformed")
     np.testing.assert_allclose(unbalance.values[:, 0], 1e-4 * w**2 * expected, rtol=1e-8)
 

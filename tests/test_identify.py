@@ -24,7 +24,7 @@ KNOWN = [
     jr.Unknown("bearing.stiffness[0]", positive=True, also={"bearing.stiffness[1]": 1.0}),
     jr.Unknown("bearing.damping[0]", bounds=(1.0, 1e3), also={"bearing.damping[1]": 1.0}),
 ]
-END, RATE = 1.0, 1000.0
+END, RATE = 0.5, 1000.0
 REST = (1e5, 1e3, 1e3, 0.0)  # along the shaft, about x, y and it
 
 

@@ -168,7 +168,7 @@ def test_six_torques_at_most():
     run = at_instants(jr.Machine.in_line(line), q, 0 * q, t)
     (ax,) = plot.torques(run)
     names = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert names == [f"`s{k}`" for k in (1, 3, 4, 5, 6, 7)]
+    assert names == [f"s{k}" for k in (1, 3, 4, 5, 6, 7)]
     assert "6 largest of 8" in ax.get_title(loc="left")
     (ax,) = plot.torques(run, [f"s{k}" for k in range(8)])
     looks = {(line.get_color(), line.get_linestyle()) for line in ax.lines}

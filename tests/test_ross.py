@@ -3,6 +3,7 @@ example rotors, both programs given one description; what cannot be carried is r
 
 import warnings
 
+import equinox as eqx
 import jax
 import numpy as np
 import pytest
@@ -358,3 +359,222 @@ def test_it_runs_in_time():
     run = jr.simulate(machine, 0.3, 1000.0)
     assert float(run["node 3"].speed[-1]) == pytest.approx(50.0, rel=1e-3)
     assert np.hypot(run["node 1"].x, run["node 1"].y).max() > 1e-7
+
+
+def along(*three):
+    return [*three, 0.0, 0.0, 0.0]
+
+
+def between(six):
+    return np.kron([[1, -1], [-1, 1]], np.diag(np.asarray(six, float)))
+
+
+def pump_line():
+    """A stepped and a loaded shaft, a coupling to a third, a bearing on a pedestal, a seal with inertia."""
+    stepped = jr.FiniteElementShaft(
+        [0.2, 0.3], [0.05, 0.06], [0.01, 0.0], elements=2, rayleigh=(1.0, 0.0)
+    )
+    parts = dict(
+        a=jr.Node(),
+        b=jr.Rotor(30.0, 0.3, 0.2, jr.Unbalance(1e-6, 0.3), angle=0.1),
+        c=jr.Node(),
+        d=jr.Node(),
+        e=jr.Node(),
+        pedestal=jr.Node(),
+        one=stepped,
+        two=jr.FiniteElementShaft(0.4, 0.05, elements=3, axial_force=1e4),
+        three=jr.FiniteElementShaft(0.2, 0.04, elements=1, shear=False),
+        coupling=jr.ElasticMatrix(between([1e6, 1e6, 1e6, 1e3, 1e3, 1e4]), between([1.0] * 6)),
+        seal=jr.LinearSupport(along(1e7, 2e7, 1e5), along(1e3, 1e3, 0), mass=along(2.0, 3.0, 0)),
+        film=jr.ElasticMatrix(between(along(1e7, 1e7, 1e6)), between(along(100, 100, 100))),
+        base=jr.LinearSupport(along(1e8, 2e8, 1e8), along(1e3, 1e3, 1e3)),
+        mass=jr.AddedInertia((20.0, 30.0, 20.0)),
+        table=jr.SpeedDependentSupport(
+            SPEEDS[:3], [along(k, 2 * k, 0) for k in (1e6, 2e6, 3e6)], [along(100, 100, 0)] * 3
+        ),
+        stuck=jr.elements.PointUnbalance(1e-6, 0.2),
+        load=jr.Torque(3.0),
+        wheel=jr.AddedInertia(1.0, 0.01, 0.01),
+    )
+    places = dict(one=("a", "b"), two=("b", "c"), coupling=("c", "d"), three=("d", "e"))
+    places |= dict(seal="a", film=("c", "pedestal"), base="pedestal", mass="pedestal", table="e")
+    places |= dict(stuck="two.1", load="a", wheel="e")
+    return jr.Machine(parts, places, fixed={"pedestal": ("psi", "theta", "phi")})
+
+
+def test_a_machine_as_a_rotor_of_ross_and_back():
+    """Eigenvalues of both programs at three speeds, the response to unbalance, and the machine read back."""
+    machine = pump_line()
+    theirs = jr.interop.to_ross(machine)
+    assert theirs.left_out == ("load",) and theirs.nodes["pedestal"] == 10
+    for speed in SPEEDS[:3]:
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        values = np.linalg.eigvals(theirs.rotor.A(speed))
+        gap = np.min(np.abs(mine[:, None] - values), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    back = from_ross(theirs.rotor, theirs.unbalance)
+    again = lowest(np.asarray(jr.linearize(back, speed, at="undeformed").eigenvalues))
+    np.testing.assert_allclose(again, mine, rtol=1e-9)
+    found = jr.unbalance_response(machine, ["b.x", "two.1.y"], [200.0], at="undeformed").values[0]
+    node, amount, angle = zip(*theirs.unbalance)
+    speeds = np.array([200.0])
+    whole = theirs.rotor.run_unbalance_response(list(node), list(amount), list(angle), speeds)
+    rows = [6 * theirs.nodes["b"], 6 * theirs.nodes["two.1"] + 1]
+    np.testing.assert_allclose(found, whole.forced_resp[rows, 0], rtol=1e-6)
+
+
+def test_gears_as_a_multirotor():
+    """Three lines; a mesh whose first gear is not the built one."""
+
+    def line(p):
+        parts = {
+            f"{p}a": jr.Node(),
+            f"{p}b": jr.Rotor(30.0, 0.3, 0.2),
+            f"{p}g": jr.Rotor(5.0, 0.04, 0.02),
+            f"{p}s": jr.FiniteElementShaft(0.3, 0.05, elements=1),
+            f"{p}t": jr.FiniteElementShaft(0.3, 0.05, elements=1),
+            f"{p}k": jr.LinearSupport(along(1e6, 3e6, 1e5), along(100, 100, 0)),
+            f"{p}l": jr.LinearSupport(along(1e6, 3e6, 1e5), along(100, 100, 0)),
+        }
+        places = {f"{p}s": (f"{p}a", f"{p}b"), f"{p}t": (f"{p}b", f"{p}g"), f"{p}k": f"{p}a"}
+        return parts, places | {f"{p}l": f"{p}g"}
+
+    parts, places = {}, {}
+    for p in "xyz":
+        more = line(p)
+        parts, places = parts | more[0], places | more[1]
+
+    def mesh(radii, stiffness, orientation, teeth):
+        law = jr.elements.KelvinVoigt(stiffness)
+        return jr.GearMesh(radii, law, pressure_angle=0.35, orientation=orientation, teeth=teeth)
+
+    parts |= {"m1": mesh([0.1, 0.05], 1e8, 0.7, 50), "m2": mesh([0.08, 0.1], 2e8, -0.5, 40)}
+    machine = jr.Machine(parts, places | {"m1": ("xg", "yg"), "m2": ("zg", "xg")})
+    theirs = jr.interop.to_ross(machine)
+    for speed in (0.0, 200.0):
+        mine = lowest(np.asarray(jr.linearize(machine, speed, at="undeformed").eigenvalues))
+        gap = np.min(np.abs(mine[:, None] - np.linalg.eigvals(theirs.rotor.A(speed))), axis=1)
+        assert len(mine) == 12 and np.all(gap < 1e-8 * np.abs(mine)), gap
+    with pytest.raises(jr.InputError, match="ROSS needs whole teeth, but they are 50.5 and 25.25"):
+        jr.interop.to_ross(machine.set({"m1.teeth": 50.5}))
+
+
+@pytest.mark.parametrize(
+    "changed, words",
+    [
+        (dict(load=jr.FanLoad(0.1)), "`load`: a FanLoad has no counterpart"),
+        (
+            dict(seal=jr.LinearSupport([1e7, 1e7, 0, 1e3, 0, 0])),
+            "`seal`: a bearing of ROSS acts along x, y",
+        ),
+        (
+            dict(two=jr.FiniteElementShaft(0.4, 0.05, damping="rotating")),
+            "`two`: damping that turns",
+        ),
+        (dict(b=jr.Rotor(30.0, 0.3, 0.2, jr.Unbalance(0.0, 0.0, 0.1))), "`b`: dynamic unbalance"),
+        (dict(one=jr.Shaft(0.5, 0.05)), "no counterpart in ROSS"),
+    ],
+)
+def test_what_ross_has_not_is_refused(changed, words):
+    machine = pump_line()
+    places = machine.connections()
+    if "one" in changed:  # a shaft without mass between stations that have some
+        parts = {
+            "a": jr.Rotor(1.0, 0.01, 0.01),
+            "b": jr.Rotor(1.0, 0.01, 0.01),
+            "one": changed["one"],
+        }
+        other = jr.Machine(parts, {"one": ("a", "b")})
+    else:
+        other = jr.Machine(machine.elements() | changed, places, fixed=machine.fixed())
+    with pytest.raises(jr.InputError, match=words):
+        jr.interop.to_ross(other)
+
+
+# Magnetic bearings
+
+W_AMB = [20.0, 60.0, 150.0, 400.0, 1000.0, 3000.0]
+
+
+def levitated(bearing=None, extra=(), **options):
+    """A shaft of two pieces with a disk between two magnetic bearings, or what `bearing` makes instead."""
+    steel = ross.Material("steel", rho=7810, E=211e9, G_s=81.2e9)
+    shaft = [ross.ShaftElement(L=0.15, idl=0.0, odl=0.03, material=steel) for _ in range(2)]
+    given = dict(g0=5e-4, i0=1.5, ag=2e-4, nw=200, alpha=0.39269908, frequency=W_AMB) | options
+    make = bearing or (lambda n: ross.MagneticBearingElement(n=n, tag=f"amb {n}", **given))
+    parts = [*map(make, (0, 2)), *extra]
+    return ross.Rotor(shaft, [ross.DiskElement(1, 6.0, 0.02, 0.012)], parts)
+
+
+# ROSS makes them with NumPy's old matrices
+old_matrices = pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+
+
+@old_matrices
+@pytest.mark.parametrize(
+    "options",
+    [
+        dict(kp_pid=9000.0, kd_pid=20.0, ki_pid=1000.0, n_f=2e4, k_amp=1.2, k_sense=0.9),
+        dict(kd_pid=20.0, ki_pid=3e5, sensors_axis_rotation=0.3),
+        dict(controller_transfer_function=([2e3, 2e7, 1e11], [1.0, 3e4, 1e7])),
+    ],
+    ids=["pid", "without kp", "polynomials"],
+)
+def test_a_magnetic_bearing(options):
+    """Its own coefficients at each frequency (as computed; the spline through them is off by up to 2 %, where
+    points are few), and the receptance of its rotor with those."""
+    options = dict(options)
+    if "controller_transfer_function" in options:
+        control = pytest.importorskip("control")
+        rows = options["controller_transfer_function"]
+        options["controller_transfer_function"] = control.TransferFunction(*rows)
+    theirs = levitated(**options)
+    machine, one = from_ross(theirs), theirs.bearing_elements[0]
+    speed, inputs = 200.0, ["node 0.x", "node 1.y"]
+    outputs = ["node 0.x", "node 0.y", "node 1.x", "node 1.y"]
+    got = jr.frequency_response(
+        machine, inputs, outputs, W_AMB, speed=speed, at="undeformed"
+    ).values
+    for k, w in enumerate(W_AMB):
+        own = {
+            f"{a}{b}{c}": float(getattr(one, f"{a}{b}{c}")[k])
+            for a in "kc"
+            for b in "xy"
+            for c in "xy"
+        }
+        alike = levitated(lambda n, own=own: ross.BearingElement(n, **own))
+        damping = alike.C(w) + speed * alike.G()
+        stiffness = -w * w * alike.M(w) + 1j * w * damping + alike.K(w)
+        want = np.linalg.inv(stiffness)[np.ix_([0, 1, 6, 7], [0, 7])]
+        np.testing.assert_allclose(got[k], want, rtol=1e-6, atol=1e-8 * np.abs(want).max())
+
+
+@old_matrices
+def test_sensitivity_of_a_magnetic_bearing():
+    """As ROSS computes it, in time, with two mistakes: in `compute_pid_amb` the magnets' stiffness has the
+    sign of a spring, and acts on the disturbance too. Put into a machine (the stiffness, with the other sign,
+    into the controller's gain) they give ROSS's signal; the machine itself is right in all other tests."""
+    signal = pytest.importorskip("scipy.signal")
+    from jaxrotor.linear.loops import opened
+
+    options = dict(g0=1e-3, i0=1.0, ag=1e-4, kp_pid=1600.0, n_f=1e4)
+    dampers = [ross.BearingElement(n, kxx=1e-3, cxx=120.0, tag=f"damper {n}") for n in (0, 2)]
+    theirs = levitated(extra=dampers, **options)
+    found = theirs.run_amb_sensitivity(
+        speed=100.0, t_max=0.25, dt=5e-5, disturbance_amplitude=1e-3, amb_tags=["amb 0"],
+        disturbance_min_frequency=2.0, disturbance_max_frequency=200.0, verbose=0,
+    ).sensitivity_run_time_results  # fmt: skip
+    machine = from_ross(theirs)
+    for name in ("amb 0", "amb 2"):
+        magnet = machine[name].magnet.linearised()
+        gain = machine[name].controller.proportional
+        gain = gain + magnet.displacement_stiffness / magnet.current_stiffness
+        machine = machine.set({f"{name}.controller.proportional": gain})
+        passive = jr.elements.LinearMagnet(magnet.current_stiffness, 0.0)
+        machine = eqx.tree_at(lambda m, name=name: m[name].magnet, machine, passive)
+    loops = opened(machine, ("amb 0",), 100.0, "undeformed")
+    row, column = np.asarray(loops.C)[:1], np.asarray(loops.E)[:, :1]
+    added, want = (found["amb 0"]["x"][f"{k}_signal"] for k in ("excitation", "sensor"))
+    _, got, _ = signal.lsim((np.asarray(loops.A), column, row, [[0.0]]), added, found["t"])
+    # its force is that of the step before
+    assert np.abs(got - want).max() < 0.01 * np.abs(want).max()

@@ -268,6 +268,14 @@ def test_a_shaft_with_torque_keeps_its_stations():
             ),
             "no shaft carries a load: give axial_force or torque",
         ),
+        (
+            lambda m: jr.linear.buckling_factor(
+                jr.Machine.in_line(
+                    {"a": jr.Node(), "s": shaft(2, axial_force=-1.0), "b": jr.Node()}
+                )
+            ),
+            "is not held sideways: nothing resists its loads; add supports",
+        ),
         (lambda m: shaft(torque_kind="conservative"), "torque_kind must be"),
         (
             lambda m: jr.Machine.in_line(

@@ -1,7 +1,10 @@
 """Sections of shafts with mass: cones and tapered bores against quadrature, Kirchhoff's and Bessel's closed
 forms, and stepped cylinders; profiles; materials by name and temperature."""
 
+import tomllib
+
 import jax
+import jsonschema
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -10,6 +13,7 @@ from scipy.special import iv, jv, kv, yv
 from test_shaft_loads import BERNOULLI, CLAMPED, METAL, RHO, E, G, lateral
 
 import jaxrotor as jr
+from jaxrotor.study.schema import schema as study_schema
 
 L = 0.6
 
@@ -293,6 +297,8 @@ def test_a_profile_in_a_study(tmp_path):
             assert machine[name].material.name == "42CrMo4"
             for a, b in zip(jax.tree.leaves(machine[name]), jax.tree.leaves(line[name])):
                 np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-15)
+    for text in (STUDY.replace("WHAT", IN_ROWS), machine.to_toml()):
+        jsonschema.validate(tomllib.loads(text), study_schema())
     (tmp_path / "again.toml").write_text(machine.to_toml())
     again = jr.load(tmp_path / "again.toml", run=False).machine
     for a, b in zip(jax.tree.leaves(again), jax.tree.leaves(machine), strict=True):

@@ -26,6 +26,7 @@ from pages.names import Name, public
 # What compiles for ten seconds and more, for one sentence of a page: these tests run it.
 ELSEWHERE = {
     "interop.from_ross": "tests/test_ross.py",
+    "interop.to_ross": "tests/test_ross.py",
     "identification.posterior": "tests/test_uncertainty.py",
     "identification.bootstrap": "tests/test_identify.py",
     "plot.posteriors": "tests/test_uncertainty.py",

@@ -68,6 +68,7 @@ ENTRIES = [
     Entry(C + "governed_generator.toml", "A governed generator takes a load", "*torque*"),
     Entry(C + "rolling_mill.toml", "Two bars through a rolling stand", "two_bars*"),
     Entry(C + "oil_film_rotor.toml", "Oil whirl in plain journal bearings", "whirl_at_half*"),
+    Entry(C + "magnetic_bearings.toml", "A rotor in magnetic bearings, and its drop", "heights*"),
     Entry(C + "cracked_shaft.toml", "A cracked rotor runs up", "*waterfall*"),
     Entry(C + "test_bench_record.toml", "A rotor driven by a measured start", "*distances*"),
     Entry(C + "compressor_assessment.toml", "A compressor held against API 617", "*.png", "assess"),
@@ -81,12 +82,14 @@ ENTRIES = [
     Entry(X + "rk4_rig.py", "Unbalance found blind on a rig", "blind*", ready="rk4_blind"),
     Entry(X + "phase_convention.py", "Which way phases count", "*.png", ready="phase_convention"),
     Entry(X + "cracked_shaft.py", "A crack's orders over speed", "*.png", options=("--quick",)),
+    Entry(X + "wet_pump.py", "A pump rotor dry and wet", "*.png"),
     Entry(X + "loaded_shaft.py", "A turning shaft under thrust and torque", "*.png"),
     Entry(X + "asymmetric_shaft.py", "Where a flat shaft is unstable", "*.png", options=("--quick",)),
     Entry(X + "damper_den_hartog.py", "Dampers by Den Hartog and after him", "response*"),
     Entry(X + "finite_film.py", "Films of finite length", "*.png"),
     Entry(X + "fault_signatures.py", "What each fault looks like", "*.png"),
     Entry(X + "oil_whirl.py", "Whirl, then whip", "*.png"),
+    Entry(X + "magnetic_bearing_design.py", "A magnetic bearing designed by its sensitivity", "*.png"),
     Entry(X + "critical_speed_design.py", "Critical speeds moved away by gradient", "*.png"),
 ]  # fmt: skip
 

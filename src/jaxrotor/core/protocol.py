@@ -40,6 +40,9 @@ class AbstractInertia(AbstractStation):
 
     # True where the equations are linear in the angles: they are then given chi, as force laws are.
     small_tilts: ClassVar[bool] = False
+    # True where `weight` only adds gravity to x'', y'' and z'', as to a rigid body, wherever its mass
+    # centre is: it is then added to these.
+    falls_freely: ClassVar[bool] = False
 
     @abc.abstractmethod
     def acceleration(self, q: Vec6, v: Vec6, Q: Vec6) -> Vec6:

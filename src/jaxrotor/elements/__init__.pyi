@@ -22,6 +22,7 @@ from .bearings.support import (
 )
 from .bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .control.actuator import Actuator as Actuator
+from .control.amplifier import CurrentAmplifier as CurrentAmplifier
 from .control.controller import (
     PD as PD,
     PI as PI,
@@ -38,7 +39,20 @@ from .control.feedback import (
     TwistOf as TwistOf,
 )
 from .control.loop import ActiveTorque as ActiveTorque
+from .control.magnet import (
+    AbstractMagnet as AbstractMagnet,
+    Electromagnets as Electromagnets,
+    LinearMagnet as LinearMagnet,
+)
+from .control.magnetic import MagneticBearing as MagneticBearing
 from .control.neural import NeuralController as NeuralController
+from .control.position import (
+    PID as PID,
+    AbstractPositionController as AbstractPositionController,
+    InSeries as InSeries,
+    StateSpace as StateSpace,
+    TransferFunction as TransferFunction,
+)
 from .control.sampled import SampledTorque as SampledTorque
 from .control.switched import SwitchedDamper as SwitchedDamper
 from .couplings.clutch import CoulombClutch as CoulombClutch, StickSlipClutch as StickSlipClutch

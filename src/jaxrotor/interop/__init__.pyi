@@ -1,2 +1,3 @@
 from .coefficients import read_coefficients as read_coefficients
 from .ross import from_ross as from_ross
+from .to_ross import to_ross as to_ross

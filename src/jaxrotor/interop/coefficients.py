@@ -73,15 +73,19 @@ def read_coefficients(
             raise InputError(
                 f"`{file}`: {len(columns[0].values)} rows, but no column of speed: add speed [rpm]"
             )
-        return LinearSupport(**{n: x if x is None else x[0] for n, x in _matrices(tables).items()})
+        return _constant(tables)
     (axis,) = over.values()
     order = np.argsort(axis.values, kind="stable")
     rows = axis.values[order]
     _refuse_twice(file, rows, axis)
     if len(rows) == 1:
-        return LinearSupport(**{n: x if x is None else x[0] for n, x in _matrices(tables).items()})
+        return _constant(tables)
     found = _matrices({name: values[order] for name, values in tables.items()})
     return SpeedDependentSupport(as_float64(rows), **found)
+
+
+def _constant(tables: dict[str, np.ndarray]) -> LinearSupport:
+    return LinearSupport(**{n: x if x is None else x[0] for n, x in _matrices(tables).items()})
 
 
 def _over_both(file: Path, over: dict, tables: dict[str, np.ndarray]) -> WhirlDependentSupport:

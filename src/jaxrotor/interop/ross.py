@@ -1,20 +1,17 @@
 """Rotors of ROSS (petrobras/ross) as machines. Coordinates and signs are the same in both programs."""
 
 import dataclasses
-import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..core.errors import InputError, MissingExtraError
+from ..core.errors import InputError
 from ..core.parameter import as_float64
 from ..core.protocol import AbstractElement, AbstractStation
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
-from ..elements.couplings.gear import GearMesh
 from ..elements.couplings.matrix import ElasticMatrix
-from ..elements.laws.law import KelvinVoigt
 from ..elements.rotors.added_inertia import AddedInertia
 from ..elements.rotors.node import Node
 from ..elements.rotors.point_unbalance import PointUnbalance
@@ -24,9 +21,11 @@ from ..elements.shafts.finite import FiniteElementShaft
 from ..elements.shafts.material import Material
 from ..machine.machine import Machine
 from ..profiles.motion import AbstractMotion
+from .ross_bearing import coefficients
+from .ross_common import Faults, imported
+from .ross_gears import gear_mesh, is_gear, meshes
+from .ross_magnetic import magnetic_bearing
 
-# Names in a sentence.
-_TOLD = 3
 _TILTS = ("psi", "theta", "phi")
 _TABLES = (SpeedDependentSupport, WhirlDependentSupport)
 
@@ -59,24 +58,29 @@ def from_ross(
     the other way, by the ratio of pitch radii (in ROSS of teeth: the same where both have one module). Tables
     over frequency and speed become a `WhirlDependentSupport`.
 
+    A magnetic bearing becomes a `MagneticBearing` with its magnets and its controller, gains of amplifier and
+    sensor in it: its coefficients over the frequency are those of ROSS, and modes are those of the closed
+    loop, where ROSS takes the coefficients at the frequency of the speed. In time its magnets are those of
+    `Electromagnets`, limited and nonlinear.
+
     Where they differ: in tapered elements the axial and torsional rows are integrals here, means of both ends
     in ROSS, and the shear coefficient is that of every section, of the middle one in ROSS (a bore that tapers
     alone: under 1 % of the element's stiffness). With shear, a torque acts about the axis of the sections
     here, about the centre line's in ROSS: under a hundredth of what it does to a slender shaft. Internal
     damping (`beta K`) is of the elastic stiffness here, of what axial force and torque add to it too in ROSS.
 
-    Raises `InputError` for what it cannot carry, a sentence for each kind of it: magnetic bearings, helical
-    gears (the direction of their force is no unit vector in ROSS), a mesh that varies or has play, tables or
-    mass coefficients between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole
-    rotor. Raises `MissingExtraError` where ROSS is not installed.
+    Raises `InputError` for what it cannot carry, a sentence for each kind of it: helical gears (the direction
+    of their force is no unit vector in ROSS), a mesh that varies or has play, tables or mass coefficients
+    between two nodes, Hutchinson's shear coefficient, a motor, modal damping of the whole rotor. Raises
+    `MissingExtraError` where ROSS is not installed.
     """
-    ross = _ross()
+    ross = imported()
     if not isinstance(rotor, ross.Rotor):
         raise InputError(
             "from_ross takes a ross.Rotor, CoAxialRotor or MultiRotor, but was given a "
             f"{type(rotor).__name__}"
         )
-    faults = _Faults()
+    faults = Faults()
     if getattr(rotor, "motor_element", None) is not None:
         faults.add("motor", "a motor cannot be carried: give the machine one of jaxrotor's")
     if getattr(rotor, "modal_damping_ratio", None) is not None:
@@ -128,12 +132,15 @@ def from_ross(
         name = named(None, f"damping at node {node}")
         elements[name] = LinearSupport(as_float64(np.zeros(6)), as_float64(whole[0] * inertia))
         connections[name] = f"node {node}"
-    for mesh in _meshes(rotor):
+    for mesh in meshes(rotor):
         name = named(None, "mesh")
-        elements[name], connections[name] = _mesh(mesh, name, faults)
+        elements[name], connections[name] = gear_mesh(mesh, name, faults)
     for bearing in rotor.bearing_elements:
         name = named(bearing, "bearing")
-        element = _bearing(ross, bearing, name, table_speeds, faults)
+        if isinstance(bearing, ross.MagneticBearingElement):
+            element = magnetic_bearing(bearing)
+        else:
+            element = coefficients(bearing, name, table_speeds, faults)
         if element is not None:
             elements[name] = element
             linked = bearing.n_link is not None
@@ -147,34 +154,6 @@ def from_ross(
     for name in _supports(rotor):  # masses under bearings move, but do not tilt
         held[name] = (*held.get(name, ()), *(c for c in _TILTS if c not in held.get(name, ())))
     return Machine(elements, connections, gravity, held, prescribed)
-
-
-def _ross() -> Any:
-    try:
-        import ross  # pyright: ignore[reportMissingImports]
-    except ImportError as error:
-        raise MissingExtraError(
-            f"ROSS cannot be imported ({error}): pip install 'jaxrotor[interop]'"
-        ) from None
-    return ross
-
-
-class _Faults:
-    """What cannot be carried: one sentence for each kind, with the elements that it is about."""
-
-    def __init__(self):
-        self.found: dict[str, list[str]] = {}
-
-    def add(self, name: str, words: str) -> None:
-        self.found.setdefault(words, []).append(f"`{name}`")
-
-    def tell(self) -> None:
-        sentences = []
-        for words, names in self.found.items():
-            more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
-            sentences.append(f"{', '.join(names[:_TOLD])}{more}: {words}")
-        if sentences:
-            raise InputError(*sentences)
 
 
 class _Names:
@@ -240,54 +219,14 @@ def _inertias(ross: Any, rotor: Any) -> dict[int, np.ndarray]:
     return found
 
 
-def _is_gear(disk: Any) -> bool:
-    return type(disk).__name__ in ("GearElement", "GearElementTVMS")
-
-
-def _meshes(rotor: Any) -> list[Any]:
-    """A `MultiRotor`, after those that it is made of: each has one mesh."""
-    if type(rotor).__name__ != "MultiRotor":
-        return []
-    inner = [found for part in rotor.rotors.values() for found in _meshes(part)]
-    return [*inner, rotor]
-
-
-def _mesh(rotor: Any, name: str, faults: _Faults) -> tuple[GearMesh, tuple[str, str]]:
-    mesh = rotor.mesh
-    gears = mesh.driving_gear, mesh.driven_gear
-    varying = getattr(rotor, "square_varying_stiffness", False)  # of ROSS 2
-    varying = varying or getattr(rotor, "_square_varying_stiffness", {}).get("enable", False)
-    if varying or getattr(rotor, "update_mesh_stiffness", False):
-        faults.add(name, "mesh stiffness that varies with the teeth cannot be carried")
-    if getattr(mesh, "backlash", None) is not None:
-        faults.add(name, "play between teeth cannot be carried: give the GearMesh a Backlash law")
-    if getattr(mesh, "damping_ratio", 0.0):
-        faults.add(
-            name, "a damping ratio of the mesh cannot be carried: give the GearMesh one, N*s/m"
-        )
-    if mesh.helix_angle:
-        faults.add(
-            name,
-            "helical gears cannot be carried: in ROSS the direction of the tooth force is no unit vector",
-        )
-    element = GearMesh(
-        as_float64([gear.pitch_diameter / 2 for gear in gears]),
-        KelvinVoigt(as_float64(mesh.stiffness), as_float64(0.0)),
-        pressure_angle=as_float64(mesh.pressure_angle),
-        orientation=as_float64(mesh.orientation_angle),
-        teeth=as_float64(gears[0].n_teeth),
-    )
-    return element, (f"node {gears[0].n}", f"node {gears[1].n}")
-
-
 def _stations(
-    ross: Any, rotor: Any, moments: dict[int, complex], faults: _Faults
+    ross: Any, rotor: Any, moments: dict[int, complex], faults: Faults
 ) -> tuple[dict[str, AbstractStation], list[Any]]:
     """The stations in order, and the disks that are too small for a `Rotor`."""
     disks: dict[int, list[Any]] = {}
     loose = []
     for disk in rotor.disk_elements:
-        if type(disk) is not ross.DiskElement and not _is_gear(disk):
+        if type(disk) is not ross.DiskElement and not is_gear(disk):
             faults.add(str(disk.tag), f"a {type(disk).__name__} cannot be carried, only disks can")
         elif disk.Id > 0 and disk.Ip > 0 and disk.m > 0:
             disks.setdefault(int(disk.n), []).append(disk)
@@ -317,7 +256,7 @@ def _stations(
     return out, loose
 
 
-def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementShaft | None:
+def _shaft(ross: Any, shaft: Any, name: str, faults: Faults) -> FiniteElementShaft | None:
     if type(shaft) is not ross.ShaftElement:
         faults.add(
             name,
@@ -347,53 +286,3 @@ def _shaft(ross: Any, shaft: Any, name: str, faults: _Faults) -> FiniteElementSh
         torque_kind="axial",
         gyroscopic=bool(shaft.gyroscopic),
     )
-
-
-def _bearing(
-    ross: Any, bearing: Any, name: str, table_speeds: Any, faults: _Faults
-) -> AbstractElement | None:
-    # over the frequency, which is the speed's in synchronous whirl; in ROSS 3 also over the speed
-    axes = {axis: np.atleast_1d(getattr(bearing, axis, None)) for axis in ("frequency", "speed")}
-    axes = {axis: x.astype(float) for axis, x in axes.items() if x.size > 1}
-    massive = any(np.any(getattr(bearing, m)) for m in ("mxx", "mxy", "myx", "myy", "mzz"))
-    words = None
-    if isinstance(bearing, ross.MagneticBearingElement):
-        words = "magnetic bearings with their controllers cannot be carried"
-    elif massive and bearing.n_link is not None:
-        words = "mass coefficients between two nodes cannot be carried"
-    elif axes and bearing.n_link is not None:
-        words = "a table of coefficients between two nodes cannot be carried"
-    if words is not None:
-        faults.add(name, words)
-        return None
-
-    def at(matrix: Any, frequency: float, speed: float) -> np.ndarray:
-        over_speed = "speed" in inspect.signature(matrix).parameters
-        return _six(matrix(frequency, speed=speed) if over_speed else matrix(frequency))
-
-    what = [bearing.K, bearing.C, *([bearing.M] if massive else [])]
-    if len(axes) > 1:
-        speeds, whirls = axes["speed"], axes["frequency"]
-        tables = [np.array([[at(f, w, s) for w in whirls] for s in speeds]) for f in what]
-        return WhirlDependentSupport(*map(as_float64, (speeds, whirls, *tables)))
-    if axes:
-        given = next(iter(axes.values())) if table_speeds is None else table_speeds
-        speeds = np.asarray(given, float)
-        tables = [np.array([at(f, w, w) for w in speeds]) for f in what]
-        return SpeedDependentSupport(*map(as_float64, (speeds, *tables)))
-    constant = [at(f, 0.0, 0.0) for f in what]
-    if bearing.n_link is not None:
-        return ElasticMatrix(*map(as_float64, constant))
-    if massive and np.any(constant[2] != constant[2].T):  # which has no energy
-        tables = [np.stack([x, x]) for x in constant]
-        return SpeedDependentSupport(*map(as_float64, ((0.0, 1.0), *tables)))
-    mass = as_float64(constant[2]) if massive else None
-    return LinearSupport(as_float64(constant[0]), as_float64(constant[1]), mass=mass)
-
-
-def _six(given: np.ndarray) -> np.ndarray:
-    """A bearing's rows along x, y, z (of one node, or of two) among six coordinates of each."""
-    nodes = len(given) // 3
-    out = np.zeros((nodes, 6, nodes, 6))
-    out[:, :3, :, :3] = np.reshape(given, (nodes, 3, nodes, 3))
-    return out.reshape(6 * nodes, 6 * nodes)

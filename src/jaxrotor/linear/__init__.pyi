@@ -5,6 +5,7 @@ from .convergence import Convergence as Convergence, convergence as convergence
 from .critical import critical_modes as critical_modes, critical_speeds as critical_speeds
 from .eigen import split_derivatives as split_derivatives
 from .linearise import LinearModel as LinearModel, linearize as linearize
+from .loops import ControlLoops as ControlLoops, control_loops as control_loops
 from .matrix_equations import lyapunov as lyapunov, riccati as riccati
 from .matched import matched_eigenvalue as matched_eigenvalue, matched_modes as matched_modes
 from .modal_damping import with_modal_damping as with_modal_damping

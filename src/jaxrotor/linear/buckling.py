@@ -21,6 +21,8 @@ from .linearise import check_linearized, linearize_checked
 
 # An eigenvalue's imaginary part that is rounding; what is small beside the largest is no load at all.
 _REAL, _LEAST = 1e-6, 1e-9
+# Stiffnesses so far apart that rounding is all that holds a machine.
+_LOOSE = 1e14
 _LATERAL = ("x", "y", "psi", "theta")
 
 
@@ -40,7 +42,7 @@ def buckling_factor(
     `InputError` too where no shaft carries a load, for a name that is no such shaft, and for a machine that
     is not held sideways.
 
-    Source: Ziegler, Principles of Structural Stability (1968), sec. 3 and 5.
+    Source: Ziegler, Principles of Structural Stability (1968).
     """
     check_linearized(at)
     machine.check()
@@ -52,7 +54,8 @@ def buckling_factor(
     loaded, free = (
         np.asarray(linearize_checked(m, jnp.zeros(()), at).K)[rows] for m in (machine, bare)
     )
-    if np.linalg.cond(free) > 1e14:
+    size = np.sqrt(np.abs(np.diagonal(free)))  # metres and radians differ by orders
+    if not np.all(size > 0) or np.linalg.cond(free / size / size[:, None]) > _LOOSE:
         raise InputError(
             "the machine is not held sideways: nothing resists its loads; add supports"
         )

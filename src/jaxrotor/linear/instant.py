@@ -11,10 +11,10 @@ from jaxtyping import Array, Float
 from ..core.errors import InputError
 from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, on_nodes, rates_and_loads
-from ..machine.lineup import Lineup, line_up
 from ..machine.machine import Machine
-from ..machine.system import System, assembled
+from ..machine.system import System
 from ..machine.wiring import unknown
+from ..simulation.assembling import system_of, systems_of
 from ..simulation.free_turning import Turning, turning_at_rest
 from ..simulation.state import State, from_flat, to_flat
 
@@ -46,16 +46,14 @@ class Instant(NamedTuple):
     state: State
 
 
-@quickly_compiled
 def prepare(machine: Machine) -> Prepared:
-    return _prepared(machine, line_up(machine))
+    return _prepared(system_of(machine, nominal=True))
 
 
-@quickly_compiled
 def prepare_both(machine: Machine) -> tuple[Prepared, System]:
     """And the machine as it is, assembled."""
-    lineup = line_up(machine)
-    return _prepared(machine, lineup), assembled(machine, lineup, nominal=False)
+    actual, nominal = systems_of(machine)
+    return _prepared(nominal), actual
 
 
 def ratio_of(machine: Machine, shaft: str) -> float:
@@ -67,8 +65,8 @@ def ratio_of(machine: Machine, shaft: str) -> float:
     return abs(float(turns[stations.index(shaft)]))
 
 
-def _prepared(machine: Machine, lineup: Lineup) -> Prepared:
-    system = assembled(machine, lineup, nominal=True)
+@quickly_compiled
+def _prepared(system: System) -> Prepared:
     start = jnp.concatenate([jnp.zeros(2 * n_free(system)), initial_states(system)])
     turning = jax.tree.map(jnp.asarray, turning_at_rest(system))
     return Prepared(system, turning, start, system.reference(jnp.zeros(()))[0])

@@ -19,7 +19,7 @@ from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import assemble_both
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
 from ..simulation.state import State, to_flat
@@ -167,7 +167,7 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
 def _amplitudes(machine: Machine, balanced, outputs, speeds, orders, turn_at, at, angles) -> Array:
     """`amplitudes` with derivatives."""
     zero = jnp.zeros(())
-    actual, nominal = assemble(machine), assemble(machine, nominal=True)
+    actual, nominal = assemble_both(machine)
     order = coordinate_order(machine)[2]
     turn = jnp.ones(()) if turn_at is None else nominal.turns()[turn_at]
 

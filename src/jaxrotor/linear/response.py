@@ -106,8 +106,14 @@ def frequency_response(
         return each(model, C, columns, frequencies, POWER[kind])
 
     if whirl_dependent(machine):
-        along = [responses(with_whirl(machine, w), w[None]) for w in frequencies]
-        values = jnp.concatenate(along)
+
+        def alone(w: Array) -> Array:
+            return responses(with_whirl(machine, w), w[None])[0]
+
+        if traced(machine, frequencies, speed, at):
+            values = jax.lax.map(alone, frequencies)
+        else:
+            values = jnp.stack([alone(w) for w in frequencies])
     else:
         values = responses(machine, frequencies)
     _warn_unbounded(values, frequencies, outputs, inputs)

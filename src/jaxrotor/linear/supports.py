@@ -46,7 +46,8 @@ def critical_speed_map(
     progress: bool | None = None,
 ) -> CriticalSpeedMap:
     """The `count` lowest undamped forward critical speeds for each `stiffness` (N/m) of the `supports`
-    (default: all linear and speed-dependent ones), their damping and cross-coupling left out.
+    (default: all linear and speed-dependent ones), their damping and cross-coupling left out, and the inertia
+    of those over the speed.
 
     Raises `InputError` where the machine has no such support, for a stiffness that is not positive, and
     where rounding hides critical speeds.
@@ -109,7 +110,8 @@ def _without(machine: Machine, name: str) -> Machine:
     else:
         k = support.stiffness
         k = jnp.diag(k) if k.ndim == 1 else k
-        replaced = LinearSupport(jnp.asarray(keep[:, None] * k * keep), jnp.zeros(6))
+        kept = jnp.asarray(keep[:, None] * k * keep)
+        replaced = LinearSupport(kept, jnp.zeros(6), mass=support.mass)
     return machine.set({name: replaced})
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.kinematics import rows
+from ..core.protocol import AbstractInertia
 from .constraint import held_acceleration
 from .coupled import Coupled, solve_coupled
 from .picked import picked
@@ -36,13 +37,24 @@ def accelerate(
             continue
 
         def one(e, q, v, Q, held: Any = None, group=group):
+            free = isinstance(e, AbstractInertia) and e.falls_freely
             e = seen(e, system.layout.invariant)
             # row by row: the sum with a whole weight vector would not fuse with what follows
             weight = rows(e.weight(q, system.gravity))
-            Q = jnp.stack([force + own for force, own in zip(rows(Q), weight)])
+            loads = jnp.stack([force + own for force, own in zip(rows(Q), weight)])
+
+            def acceleration(Q):
+                if not free:
+                    return e.acceleration(q, v, Q)
+                # the moment of the weight about the station, and its rates, are not needed at all
+                a = rows(e.acceleration(q, v, Q))
+                fall = rows(system.gravity)
+                return jnp.stack([*(own + g for own, g in zip(a, fall)), *a[3:]])
+
+            on = Q if free else loads
             if not group.held:
-                return e.acceleration(q, v, Q), jnp.zeros(6), Q
-            return *held_acceleration(e, q, v, Q, group.held, held), Q
+                return acceleration(on), jnp.zeros(6), loads
+            return *held_acceleration(acceleration, on, group.held, held), loads
 
         parts.append(
             jax.vmap(one, in_axes=-1, out_axes=-1)(

@@ -156,12 +156,40 @@ def assemble(machine: Machine, nominal: bool = False) -> System:
     return assembled(machine, line_up(machine), nominal)
 
 
+def assemble_both(machine: Machine) -> tuple[System, System]:
+    """The system, and the one without what turns with the shaft. What stands for shafts with inner stations
+    that follow others, most of the work, is found once."""
+    lineup = line_up(machine)
+    nominal = _without_turning(lineup)
+    actual, condensed = _put_together(machine, lineup)
+    if nominal is lineup:
+        return actual, actual
+    return actual, _put_together(machine, nominal, (actual.layout, condensed))[0]
+
+
 def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
     """`assemble` of what has been lined up."""
-    stations, connectors = list(lineup.stations), list(lineup.connectors)
-    if nominal:
-        stations, connectors = [_balanced(s) for s in stations], [_balanced(c) for c in connectors]
-        lineup = Lineup(tuple(stations), tuple(connectors), lineup.wiring)
+    return _put_together(machine, _without_turning(lineup) if nominal else lineup)[0]
+
+
+def _without_turning(lineup: Lineup) -> Lineup:
+    """Itself where nothing of it turns with the shaft."""
+    blocks = (*lineup.stations, *lineup.connectors)
+    if not any(isinstance(block.element, Nominal) for block in blocks):
+        return lineup
+    stations, connectors = (
+        tuple(_balanced(block) for block in own) for own in (lineup.stations, lineup.connectors)
+    )
+    return Lineup(stations, connectors, lineup.wiring)
+
+
+def _put_together(
+    machine: Machine,
+    lineup: Lineup,
+    known: tuple[Layout, CondensedMatrices | None] | None = None,
+) -> tuple[System, CondensedMatrices | None]:
+    """`known`: of a machine that differs in what turns with the shaft alone."""
+    stations = lineup.stations
     layout = lay_out(lineup)
     groups = tuple(stack([stations[b] for b in g.blocks]) for g in layout.stations)
     between = [(_prepared(stacked), nodes) for stacked, nodes in joined(lineup, layout)]
@@ -172,7 +200,11 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
     turn = turning(layout, between)
     apart = [pair for pair, condensed in zip(between, gone) if condensed]
     whole = [pair for pair, condensed in zip(between, gone) if not condensed]
-    condensed = condense(layout, apart, machine.gravity) if apart else None
+    turning_too = any(isinstance(element, Nominal) for element, _ in apart)
+    if known is not None and known[0] == layout and not turning_too:
+        condensed = known[1]
+    else:
+        condensed = condense(layout, apart, machine.gravity) if apart else None
     matrices = _assemble_linear(layout, [*own, *whole], turn, condensed)
     actors, rows, first = [], [], 0
     for (element, nodes), done in zip([*own, *between], [*[False] * len(own), *gone]):
@@ -190,7 +222,7 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         first += count
     ground = tuple(machine.stations[i] for i in layout.ground)
     actors = _apart(actors, _given_jumps(ground, machine.motions))
-    return System(
+    system = System(
         layout,
         tuple(rows),
         groups,
@@ -204,6 +236,7 @@ def assembled(machine: Machine, lineup: Lineup, nominal: bool) -> System:
         tuple(Actor(element, nodes, (0, 0)) for element, nodes in inertials(whole)),
         None if condensed is None else condensed.shafts,
     )
+    return system, condensed
 
 
 def _acts(actor: Actor, count: int) -> bool:

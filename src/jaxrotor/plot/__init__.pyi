@@ -20,6 +20,11 @@ from .identification import (
     profile_curves as profile_curves,
 )
 from .linear import campbell_diagram as campbell_diagram, stability_map as stability_map
+from .loops import (
+    loop_bode as loop_bode,
+    nyquist as nyquist,
+    sensitivity_curves as sensitivity_curves,
+)
 from .machine import draw_machine as draw_machine
 from .maps import interference_diagram as interference_diagram, support_map as support_map
 from .motion import inclinations as inclinations, spin as spin, vibration as vibration

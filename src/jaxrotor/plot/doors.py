@@ -23,6 +23,7 @@ from ..identification.experiment import ExperimentDesign
 from ..identification.identification import Identification
 from ..linear.campbell import Campbell
 from ..linear.linearise import LinearModel
+from ..linear.loops import ControlLoops
 from ..linear.response import FrequencyResponse
 from ..linear.supports import CriticalSpeedMap
 from ..machine.machine import Machine
@@ -47,6 +48,7 @@ from .experiment import expected_stds
 from .forces import bearing_forces
 from .identification import channel_fits, correlations, costs, posteriors, profile_curves
 from .linear import campbell_diagram, stability_map
+from .loops import loop_bode, nyquist, sensitivity_curves
 from .machine import draw_machine
 from .maps import support_map
 from .motion import inclinations, spin, vibration
@@ -94,6 +96,7 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
     Campbell: {"campbell": campbell_diagram, "stability": stability_map},
     FrequencyResponse: {"bode": bode, "polar": polar},
     CriticalSpeedMap: {"map": support_map},
+    ControlLoops: {"sensitivity": sensitivity_curves, "nyquist": nyquist, "bode": loop_bode},
     Resonances: {"widths": amplification_widths},
     SeparationCheck: {"margins": response_margins},
     StabilityChart: {"curve": stability_curve, "screening": screening_chart},

@@ -103,4 +103,4 @@ def _wanted(response: Response, names: Any) -> list[str]:
 def _curve(response: Response, path: str) -> Curve:
     values, unit = through("study.quantities", "read_quantity")(response, path)
     part, _, quantity = path.rpartition(".")
-    return Curve(f"`{part}` {quantity.replace('_', ' ')}" if part else "time", values, unit)
+    return Curve(f"{part} {quantity.replace('_', ' ')}" if part else "time", values, unit)

@@ -39,7 +39,7 @@ def speed_differences(
         speed = np.asarray(part.speed) - ratios[name] * w
         acceleration = np.asarray(part.acceleration[:, 5]) - ratios[name] * a
         for row, values in enumerate((speed, acceleration)):
-            band(axes[row, 0], t, values, COLOURS[i], f"`{name}`")
+            band(axes[row, 0], t, values, COLOURS[i], name)
             axes[row, 1].plot(t[zoom], values[zoom], color=COLOURS[i], linewidth=0.8, label=name)
     units = ("speed difference, rad/s", "acceleration difference, rad/s²")
     for row, words in enumerate(units):
@@ -121,7 +121,7 @@ def torques(
     for i, name in enumerate(connectors):
         values = np.asarray(response[name].torque)
         colour = COLOURS[i % len(COLOURS)]
-        _draw(axes[0, 0], t, values, slice(None), colour, f"`{name}`", dashes(i))
+        _draw(axes[0, 0], t, values, slice(None), colour, name, dashes(i))
     more = f", the {len(usual)} largest of {len(every)}" if len(connectors) < len(every) else ""
     label(axes[0, 0], "", "torque, N·m", f"Twisting moment in the shafts{more}")
     legend(axes[0, 0], loc="upper left", bbox_to_anchor=(1.0, 1.0))

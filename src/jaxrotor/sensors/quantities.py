@@ -17,7 +17,7 @@ from ..machine.field import Evaluation, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
 from ..machine.picked import picked
-from ..machine.system import assemble
+from ..machine.system import System
 from ..machine.wiring import FIXED, unknown
 from ..simulation.named_parts import part_of, signals_of
 from ..simulation.response import ConnectorResponse, Response
@@ -53,12 +53,11 @@ class Twist(AbstractSensor):
             _station(response, name)
         place = response.lineup.wiring.stations.index
         places = place(self.first), place(self.second)
-        return _twist(response.machine, response.t, response.y, places)
+        return _twist(response._system, response.t, response.y, places)
 
 
 @lightly_compiled
-def _twist(machine: Machine, t: Array, y: Array, places: tuple[int, int]) -> Array:
-    system = assemble(machine)
+def _twist(system: System, t: Array, y: Array, places: tuple[int, int]) -> Array:
     layout = system.layout
     a, b = (layout.internal[k] for k in places)
     # what both turn with the drive cancels: chi is `turned` and so many times the drive's angle
@@ -230,13 +229,20 @@ class ShaftStress(AbstractSensor):
         ):
             raise InputError(f"`{self.shaft}`: is no shaft section: name a Shaft")
         return _stress(
-            response.machine, response.t, response.evaluation, self.shaft, self.stress == "mises"
+            response.machine,
+            response._system,
+            response.t,
+            response.evaluation,
+            self.shaft,
+            self.stress == "mises",
         )
 
 
 @lightly_compiled
-def _stress(machine: Machine, t: Array, ev: Evaluation, name: str, mises: bool) -> Array:
-    element, nodes, _ = part_of(machine, assemble(machine), name)
+def _stress(
+    machine: Machine, system: System, t: Array, ev: Evaluation, name: str, mises: bool
+) -> Array:
+    element, nodes, _ = part_of(machine, system, name)
     if isinstance(element, AbstractBeamElement):
         outer, inner, K = element.segment.diameters, element.segment.inner_diameters, element.K
     else:

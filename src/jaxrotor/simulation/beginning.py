@@ -28,19 +28,22 @@ def begun(machine: Machine, setup: RunSetup, alone: bool, extra: int = 0) -> Beg
     system, balanced = assembled(machine, setup, known)
     # where the ladder is of other programs, the same for all
     more = extra if known is None or setup.grid is not None else 0
-    y0, checks, prepared = _begin(system, balanced, setup, known, more)
+    y0, checks = _started(system, balanced, setup.initial, setup.speed)
+    prepared = _begin(system, balanced, setup.started, known, more)
     if isinstance(prepared, Steps):
         prepared = with_ladder(machine, setup, known, prepared, extra)  # pyright: ignore
     return Begun(system, y0, checks, prepared)
 
 
+# The state at t = 0, and checks of it: the same for runs of any length and step, and for their audit.
+_started = quickly_compiled(start)
+
+
 @quickly_compiled
 def _begin(
     system: System, balanced: System | None, setup: RunSetup, known: Known | None, extra: int
-) -> tuple[Array, Array, Prepared | Steps]:
-    """The state at t = 0, and checks of it; and what the march needs, or its steps alone where other programs
-    know the weights."""
-    y0, checks = start(system, balanced, setup.initial, setup.speed)
+) -> Prepared | Steps:
+    """What the march needs, or its steps alone where other programs know the weights."""
     if known is not None and setup.grid is None:
-        return y0, checks, steps_of(system, setup)[1]
-    return y0, checks, prepare(system, balanced, setup, known, extra)
+        return steps_of(system, setup)[1]
+    return prepare(system, balanced, setup, known, extra)

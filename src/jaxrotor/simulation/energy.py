@@ -124,7 +124,7 @@ def energy_audit(
     setup = set_up(machine, simulation, speed, plan, count)
     alone = not traced(machine, setup)
     own = roomy(setup, told=False) if alone else setup
-    y = _march(machine, own, begun(machine, own, alone, extra=2))[:count]
+    y = _march(machine, own.started, begun(machine, own, alone, extra=2))[:count]
     return _audit(machine, system_of(machine), setup.times, y)
 
 

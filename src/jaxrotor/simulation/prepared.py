@@ -25,7 +25,7 @@ from ..machine.field import jacobians, n_free
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import System, jump_times
-from .assembling import system_of
+from .assembling import system_of, systems_of
 from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
@@ -143,7 +143,7 @@ def assembled(
     solver = setup.solver
     linear = known is None and is_planned(solver) and solver.linear_part is None  # pyright: ignore
     needed = linear or needs_balanced(setup.initial)
-    return system_of(machine), system_of(machine, nominal=True) if needed else None
+    return systems_of(machine) if needed else (system_of(machine), None)
 
 
 def linear_parts(setup: RunSetup, balanced: System) -> Array:

@@ -10,9 +10,10 @@ from jaxtyping import Array, Float
 from ..core.parameter import numbers
 from ..core.quick import quickly_compiled
 from ..machine.machine import Machine
-from ..machine.system import assemble, jump_times
+from ..machine.system import System, jump_times
 from ..profiles.motion import AbstractMotion
 from ..profiles.schedule import AbstractSchedule
+from .assembling import system_of
 
 # Instants at which the drive's speed is looked up.
 _LOOKS = 512
@@ -27,9 +28,12 @@ class Prescribed(NamedTuple):
     jumps: Float[Array, " j"]
 
 
-@quickly_compiled
 def prescribed(machine: Machine, times: Float[Array, " nt"]) -> Prescribed:
-    system = assemble(machine)
+    return _prescribed(machine, system_of(machine), times)
+
+
+@quickly_compiled
+def _prescribed(machine: Machine, system: System, times: Array) -> Prescribed:
     kinds = (AbstractSchedule, AbstractMotion)
     given = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, kinds))
     found = [one.top_frequency() for one in given if isinstance(one, kinds)]

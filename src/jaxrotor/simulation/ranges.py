@@ -11,7 +11,7 @@ from ..core.protocol import Tabulated
 from ..core.quick import quickly_compiled
 from ..machine.field import node_motions
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import System
 from .named_parts import part_of
 from .response import Response
 
@@ -22,7 +22,9 @@ def tell_ranges(response: Response) -> None:
     tables = {name: part for name, part in elements.items() if isinstance(part, Tabulated)}
     if not tables:
         return
-    for name, (seen, rows) in _seen(response.machine, response.t, response.y).items():
+    for name, (seen, rows) in _seen(
+        response.machine, response._system, response.t, response.y
+    ).items():
         low, high, first, last = map(float, (*numbers(seen), *numbers(rows)))
         margin = 1e-9 * (last - first)
         beyond = [
@@ -39,9 +41,8 @@ def tell_ranges(response: Response) -> None:
 
 
 @quickly_compiled
-def _seen(machine: Machine, t: Array, y: Array) -> dict[str, tuple[Array, Array]]:
+def _seen(machine: Machine, system: System, t: Array, y: Array) -> dict[str, tuple[Array, Array]]:
     """Least and largest value that each table was entered with, and its first and last row."""
-    system = assemble(machine)
     q, v = jax.vmap(lambda t, y: node_motions(t, y, system))(t, y)
     found = {}
     for name, element in machine.elements().items():

@@ -80,14 +80,19 @@ class Response(eqx.Module):
         return structure_of(self.machine)
 
     @cached_property
+    def _system(self) -> System:
+        """What ran; a traced run brings its own along."""
+        return system_of(self.machine)
+
+    @cached_property
     def evaluation(self) -> Evaluation:
         """Every sample evaluated, once for all parts: accelerations, reactions, nodes."""
-        return _evaluate_all(system_of(self.machine), self.t, self.y)
+        return _evaluate_all(self._system, self.t, self.y)
 
     @cached_property
     def motion(self) -> tuple[Float[Array, "nt n 6"], Float[Array, "nt n 6"]]:
         """Coordinates of all stations, and their rates, at every sample."""
-        return _motion(system_of(self.machine), self.t, self.y)
+        return _motion(self._system, self.t, self.y)
 
     def member(self, i: int) -> "Response":
         """Response i of a batch."""
@@ -200,12 +205,13 @@ class _Part:
             known = [k for k in dir(type(self)) if not k.startswith("_")] + list(self.signals())
             raise AttributeError(f"`{self._name}`: {unknown('result', name, known)}")
         r = self._response
-        return _signal(r.machine, r.t, self._evaluation(), self._name, name)
+        return _signal(r.machine, r._system, r.t, self._evaluation(), self._name, name)
 
 
 @lightly_compiled
-def _signal(machine: Machine, t: Array, ev: Evaluation, name: str, signal: str) -> Array:
-    system = assemble(machine)
+def _signal(
+    machine: Machine, system: System, t: Array, ev: Evaluation, name: str, signal: str
+) -> Array:
     element, nodes, states = part_of(machine, system, name)
 
     def one(t, q, v, z):
@@ -320,12 +326,11 @@ class ConnectorResponse(_Part):
     def forces(self) -> Float[Array, "nt ends 6"]:
         """Generalized force ON each of its stations (or ports), in the order of its ends."""
         r = self._response
-        return _forces(r.machine, r.t, self._evaluation(), self._name)
+        return _forces(r.machine, r._system, r.t, self._evaluation(), self._name)
 
 
 @lightly_compiled
-def _forces(machine: Machine, t: Array, ev: Evaluation, name: str) -> Array:
-    system = assemble(machine)
+def _forces(machine: Machine, system: System, t: Array, ev: Evaluation, name: str) -> Array:
     element, nodes, states = part_of(machine, system, name)
 
     def one(t, q, v, z):

@@ -49,6 +49,11 @@ class RunSetup(eqx.Module):
     block: int = eqx.field(static=True, default=LENGTH)  # steps by the same weights
 
     @property
+    def started(self) -> "RunSetup":
+        """What goes on from the start: programs are the same however it starts."""
+        return dataclasses.replace(self, initial=None)
+
+    @property
     def times(self) -> Float[Array, " nt"]:
         at = jnp.arange(self.count)
         if self.room is not None:

@@ -226,8 +226,8 @@ def _run(
 
         def call():
             system, y0, checks, prepared = begun(machine, own, alone)
-            found = *_march(system, own, y0, prepared, told, concrete), checks
-            return jax.block_until_ready(found) if concrete else found
+            found = *_march(system, own.started, y0, prepared, told, concrete), checks
+            return jax.block_until_ready((found, system)) if concrete else (found, system)
 
         try:
             found = interruptible(call) if told and alone else call()
@@ -240,11 +240,14 @@ def _run(
                 f"the simulation was stopped at t = {float(t[-1]):.6g} s of {simulation.t_end:g} s",
                 told_of(t, jnp.asarray(y)),
             ) from None
-    y, steps, error, checks = found
+    (y, steps, error, checks), system = found
     if own.count > count:
         y = jax.device_put(np.asarray(y)[:count])
     gap = checks if simulation.start == "steady" else None
-    return told_of(setup.times, y, steps=steps, error=error, steady_gap=gap), checks
+    response = told_of(setup.times, y, steps=steps, error=error, steady_gap=gap)
+    if not alone:  # not assembled anew, which would be a part of the program once more
+        vars(response)["_system"] = system
+    return response, checks
 
 
 @lightly_compiled

@@ -12,7 +12,7 @@ from ..integrators.newton import newton_root
 from ..integrators.step_times import knots
 from ..machine.field import jacobian, n_free, relative_field
 from ..machine.machine import Machine
-from ..machine.system import System, assemble
+from ..machine.system import System, assemble_both
 from .equilibrium import resting
 from .state import State, from_flat
 
@@ -64,6 +64,6 @@ def steady_whirl(
 
 @quickly_compiled
 def steady(machine: Machine, speed: Float[Array, ""]) -> tuple[State, Array]:
-    system, balanced = assemble(machine), assemble(machine, nominal=True)
+    system, balanced = assemble_both(machine)
     state, _, missed = steady_whirl(system, balanced, speed)
     return state, missed

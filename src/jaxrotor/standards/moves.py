@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 from jaxtyping import Array
@@ -12,6 +13,7 @@ from jaxtyping import Array
 from ..core.parameter import numbers
 from ..linear.eigen import eigensystem_numbers
 from ..linear.linearise import models_at, rates_over_speed
+from ..linear.loops import AXES, channels, opened
 from ..linear.resolvent import resolvent
 from ..linear.slopes import Form
 from ..linear.torsion import torsional
@@ -151,6 +153,28 @@ def of_factor(found: Resonances, k: int, moves: dict[str, Moves]) -> Moves:
         + scaled(moves["low"], -by_width * down)
         + scaled(moves["high"], by_width * up)
     )
+
+
+def of_sensitivity(machine: Machine, loop: str, speed: float, at: Any, frequency: float) -> Moves:
+    """Of |1/(1 + L)| at its peak, rad/s, of an axis of a magnetic bearing, "bearing.v". How its controller
+    answers does not follow the steady state (a linear one's does not, away from the current's limit)."""
+    full, (name, _, axis) = machine.full(), loop.rpartition(".")
+    found, k = opened(full, (name,), speed, at), AXES.index(axis)
+    A, E, C = (numbers(x) for x in (found.A, found.E[:, k], found.C[k]))
+    s = 1j * frequency
+    x = resolvent(A, found.n, s, E)
+    left = np.linalg.solve((s * np.eye(len(A)) - A).T, C.astype(complex))
+    own = 1.0 + C @ x
+    turn = np.conj(own) / abs(own)
+    state = models_at(full, at)(speed).state
+
+    def outside(machine: Machine) -> Array:
+        entering, seen = channels(machine.full(), (name,), state, jnp.asarray(speed))
+        return jnp.real(turn * (left @ entering[:, k] + seen[k] @ x))
+
+    none = np.zeros(found.n)
+    form = Form(speed, turn * left, x, none)
+    return Term(1.0, machine, at, form), Term(1.0, machine, at, outside)
 
 
 def of_decrement(

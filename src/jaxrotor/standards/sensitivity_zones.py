@@ -19,6 +19,7 @@ from ..elements.control.loop import ActiveTorque
 from ..elements.control.sampled import SampledTorque
 from ..linear.coordinates import coordinate_order
 from ..linear.linearise import check_linearized
+from ..linear.loops import AXES, magnetic_bearings, opened
 from ..linear.matrix_equations import stable
 from ..linear.observe import outputs_of
 from ..linear.response import as_complex, observed, solve
@@ -42,6 +43,10 @@ class PeakSensitivity(NamedTuple):
     value: Float[Array, ""]
     frequency: Float[Array, ""]
 
+    @property
+    def decibels(self) -> Float[Array, ""]:
+        return 20 * jnp.log10(self.value)
+
 
 @takes(loop=text, speed=number("rad/s"), signal=text, acts_on=text, against=text, points=whole(5))
 def peak_sensitivity(
@@ -58,15 +63,21 @@ def peak_sensitivity(
     """The largest sensitivity |1/(1 + L)| over all frequencies of a control loop, L its open loop's transfer
     function, the machine turning at `speed` (rad/s) and all other loops closed.
 
-    `loop`: name of the control loop. Of an `ActiveTorque` nothing else is asked. Of an element of your own:
-    `signal`, the one that it offers of its force or torque ("force"), `acts_on`, the coordinate that it acts
-    on ("rotor.x"), and `against`, that which bears the reaction, where one does. A disturbance d added to
-    what the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the closed loop's linear
-    model.
+    `loop`: name of the control loop. Of an `ActiveTorque` nothing else is asked, nor of a `MagneticBearing`:
+    `"bearing.v"` and `"bearing.w"` are its axes, opened at their sensors, `"bearing"` the worse of them. Of
+    an element of your own: `signal`, the one that it offers of its force or torque ("force"), `acts_on`, the
+    coordinate that it acts on ("rotor.x"), and `against`, that which bears the reaction, where one does. A
+    disturbance d added to what the loop exerts makes its force d/(1 + L) in all: 1 + c (i w - A)^-1 b of the
+    closed loop's linear model.
 
     Exact derivatives in both modes. Raises `InputError` for names that are none, for a sampled loop (it has
-    no linear model in continuous time), and where the closed loop is not stable.
+    no linear model in continuous time), and where the closed loop is not stable (under `jit` it is infinite).
     """
+    axes = axes_of(machine, loop)
+    if axes is not None:
+        name, at_axes = axes
+        found = opened(machine, (name,), speed, at)
+        return _worst([_peak(met(found.axis(k)), points) for k in at_axes])[1]
     element = machine[loop]
     if isinstance(element, SampledTorque):
         raise InputError(
@@ -80,8 +91,8 @@ def peak_sensitivity(
         against = f"{names[rest[0][0]]}.phi" if element.between else None
     if signal is None or acts_on is None:
         raise InputError(
-            f"`{loop}`: is no ActiveTorque: say signal=, what it offers of its force, and acts_on=, the "
-            "coordinate that this acts on"
+            f"`{loop}`: is no ActiveTorque or MagneticBearing: say signal=, what it offers of its force, and "
+            "acts_on=, the coordinate that this acts on"
         )
     check_linearized(at)
     machine.check()
@@ -100,6 +111,25 @@ def peak_sensitivity(
             "nothing"
         )
     return _peak(G, points)
+
+
+def axes_of(machine: Machine, loop: str) -> tuple[str, tuple[int, ...]] | None:
+    """Name of a magnetic bearing, and which of its axes are meant; `None` where another loop is."""
+    name, dot, axis = loop.rpartition(".")
+    every = magnetic_bearings(machine)
+    if loop in every:
+        return loop, (0, 1)
+    if dot and name in every:
+        if axis not in AXES:
+            raise InputError(unknown("axis", loop, [f"{name}.{one}" for one in AXES]))
+        return name, (AXES.index(axis),)
+    return None
+
+
+def _worst(peaks: list[PeakSensitivity]) -> tuple[Array, PeakSensitivity]:
+    """Which is the highest, and it."""
+    k = jnp.argmax(jnp.stack([jax.lax.stop_gradient(peak.value) for peak in peaks]))
+    return k, jax.tree.map(lambda *x: jnp.stack(x)[k], *peaks)
 
 
 def _column(model, labels, place: str, stations: tuple[str, ...]) -> Array:
@@ -169,7 +199,9 @@ def _peak_in_program(G: Transfer, points: int) -> PeakSensitivity:
     peaks = with_slopes(lambda w: _level(G, w), near, drop)
     value, where = peaks.height[0], peaks.place[0]
     beyond = jnp.isnan(value) | (value <= 1.0)
-    return PeakSensitivity(jnp.where(beyond, 1.0, value), jnp.where(beyond, jnp.inf, where))
+    dies = stable(still.A)
+    value = jnp.where(dies, jnp.where(beyond, 1.0, value), jnp.inf)
+    return PeakSensitivity(value, jnp.where(beyond, jnp.inf, where))
 
 
 @takes(
@@ -193,7 +225,8 @@ def loop_sensitivity(
     against: str | None = None,
     at: Any = "equilibrium",
 ) -> Assessment:
-    """The peak sensitivity of a control loop, as `peak_sensitivity` finds it, against the end of the zone
+    """The peak sensitivity of a control loop (of a magnetic bearing its worse axis), as `peak_sensitivity`
+    finds it, against the end of the zone
     that is `accepted`: zones A, B and C end at `limits`, 3, 4 and 5 (9.5, 12 and 14 dB). Raises `InputError`
     as that does, and for another zone. Source: ISO 14839-3, as commonly restated."""
     if accepted not in ("A", "B", "C"):

@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from ..linear.loops import AXES
 from ..machine.machine import Machine
 from ..standards.finding import Finding
 from ..standards.moves import (
     Moves,
     of_decrement,
+    of_sensitivity,
     scaled,
 )
-from ..standards.sensitivity_zones import loop_sensitivity
+from ..standards.sensitivity_zones import axes_of, loop_sensitivity, peak_sensitivity
 from ..standards.stability import (
     left_out,
     level_two,
@@ -69,7 +71,7 @@ def _supports(machine: Machine, asked: Standards) -> tuple[str, ...] | None:
     return tuple(found)
 
 
-def loop(machine: Machine, one: Loop, asked: Standards) -> Item:
+def loop(machine: Machine, one: Loop, asked: Standards, moving: bool) -> Item:
     words: dict[str, Any] = dict(signal=one.signal, acts_on=one.acts_on, against=one.against)
     words = {key: value for key, value in words.items() if value is not None}
 
@@ -79,4 +81,14 @@ def loop(machine: Machine, one: Loop, asked: Standards) -> Item:
         ).findings
         return finding
 
-    return Item(found(machine), direct(machine, asked.state, lambda m: found(m).room))
+    axes = axes_of(machine, one.name)
+    if axes is None:
+        return Item(found(machine), direct(machine, asked.state, lambda m: found(m).room))
+    every = [f"{axes[0]}.{AXES[k]}" for k in axes[1]]
+    peaks = [peak_sensitivity(machine, axis, one.speed, at=asked.state) for axis in every]
+    worst = int(np.argmax([float(peak.value) for peak in peaks]))
+    moves: Moves = ()
+    if moving and np.isfinite(peaks[worst].frequency):
+        where = float(peaks[worst].frequency)
+        moves = of_sensitivity(machine, every[worst], one.speed, asked.state, where)
+    return Item(found(machine), scaled(moves, -1.0))

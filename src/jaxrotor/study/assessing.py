@@ -22,7 +22,7 @@ def assessed(
         if asked.stability is not None:
             out.items += stability(out, machine, asked, asked.stability, moving)
         for one in asked.magnetic:
-            out.items.append(loop(machine, one, asked))
+            out.items.append(loop(machine, one, asked, moving))
         if asked.balance is not None:
             out.items += balance(machine, asked.balance, moving)
         for one in asked.vibration:

@@ -8,6 +8,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.units import read, shown
 from ..linear.coordinates import coordinate_order
+from ..linear.loops import AXES, magnetic_bearings
 from ..machine.machine import Machine
 from ..standards.placed import own_unbalance
 from ..standards.stability import anticipated_cross_coupling
@@ -69,7 +70,8 @@ def read_standards(table: Any, machine: Machine) -> Standards:
     accepted = "B"                        # with group = "1", support = "rigid" of a housing
 
     [[standards.magnetic]]
-    name = "loop"                         # an ActiveTorque; else with signal = "force", acts_on = "disc.x"
+    name = "loop"                         # or "bearing.v", an axis of a MagneticBearing; of a part of
+                                          # your own with signal = "force", acts_on = "disc.x"
     speed = "7500 rpm"                    # left out: the greatest
     accepted = "A"                        # with limits = [3, 4, 5]
     ```
@@ -334,7 +336,8 @@ def _loop(table: dict, place: str, machine: Machine, speed: float, faults: Fault
     before = len(faults.sentences)
     faults.unknown_keys(place, table, _LOOP)
     ask = Reader(table, place, faults)
-    name = ask.name("name", tuple(machine.elements()))
+    axes = (f"{name}.{axis}" for name in magnetic_bearings(machine) for axis in AXES)
+    name = ask.name("name", (*machine.elements(), *axes))
     at = ask.quantity("speed", "rad/s", speed)
     texts = {
         key: ask.name(key) if key in table else None for key in ("signal", "acts_on", "against")

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import ConvergenceError, InputError
 from ..core.quick import lightly_compiled
 from ..machine.machine import Machine
-from ..machine.system import assemble
+from ..machine.system import assemble_both
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.checks import initial_speed
@@ -154,7 +154,7 @@ def _pilots(given: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
     def one(own, when):
         abrupt, h, top = at
         machine = placed(given, own)
-        system, balanced = assemble(machine), assemble(machine, nominal=True)
+        system, balanced = assemble_both(machine)
         return pilot(system, balanced, when, abrupt, h, top, plan.order, plan.evaluations)
 
     return jax.vmap(one)(values, when)

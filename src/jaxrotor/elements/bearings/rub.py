@@ -17,13 +17,15 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
 
     Attached to the rotor's station the ring is fixed in the ground; with a stator of its own mass,
     `(rub, ("rotor", "stator"))`. The rotor overlaps the ring by `u = |e| - gap`, e its centre less the
-    ring's. The normal force is `N = stiffness u (1 + hysteresis u')`, never below zero (Hunt & Crossley), and
-    Coulomb friction `friction N tanh(slip / slip_speed)` opposes the sliding of the surfaces, `slip =
-    radius phi' + e' · t` with t a quarter turn on from the normal: at each angle of contact in the
-    direction that takes energy out. It brakes the spin with `radius` for its arm.
+    ring's. The normal force is `N = stiffness u (1 + hysteresis u') + damping u'`, never below zero, after
+    Hunt & Crossley or of a spring and a damper, and Coulomb friction `friction N tanh(slip / slip_speed)`
+    opposes the sliding of the surfaces, `slip = radius phi' + e' · t` with t a quarter turn on from the
+    normal: at each angle of contact in the direction that takes energy out. It brakes the spin with `radius`
+    for its arm.
 
     - `gap`: m, radial. `stiffness`: N/m. `radius`: m, of the rotor's surface.
     - `friction`: Coulomb's coefficient. `slip_speed`: m/s, within which friction reverses (smoothing).
+    - `damping`: N·s/m, of a ring on a resilient mount: it acts at once where they touch, and never pulls.
     - `hysteresis`: s/m; for a coefficient of restitution r at the impact speed v about `1.5 (1 - r)/v`.
     - `smoothing`: m, contact builds up over this distance to either side of the touch; 0 is sharp.
     - `offset`: (x, y) m, the ring's centre in its station, where it is out of line.
@@ -39,6 +41,7 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
     slip_speed: Float[Array, ""] = parameter("m/s", positive=True, default=1e-2)
     smoothing: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
     offset: Float[Array, "2"] = parameter("m", shapes=((2,),), default=(0.0, 0.0))
+    damping: Float[Array, ""] = parameter("N*s/m", nonnegative=True, default=0.0)
 
     signals: ClassVar[dict[str, str]] = {
         "normal_force": "N",
@@ -65,7 +68,7 @@ class Rub(AbstractAttachment, Energetic, Signalling, NonSmooth):
         return size, normal, tangent, e_t @ normal, slip
 
     def _how(self) -> tuple:
-        return self.stiffness, 0.0, self.hysteresis, self.smoothing
+        return self.stiffness, self.damping, self.hysteresis, self.smoothing
 
     def _normal(self, size: Array, closing: Array) -> Array:
         return pressed(size - self.gap, closing, *self._how())

@@ -37,8 +37,8 @@ class LinearSupport(AbstractAttachment, Linear, Massive, Energetic):
 
     `mass`: what moves along without weighing on the rotor, the inertia of the fluid in a seal or bearing:
     six numbers (kg, then kg·m²) or a symmetric 6x6. Its skew part has no energy: a `SpeedDependentSupport`
-    takes any. Source: Childs, Turbomachinery Rotordynamics (1993), ch. 4 (direct added mass of annular
-    seals).
+    takes any. What results call its force is that of stiffness and damping. Source: Childs, Turbomachinery
+    Rotordynamics (1993), ch. 4 (direct added mass of annular seals).
     """
 
     stiffness: Float[Array, "6"] | Float[Array, "6 6"] = parameter(

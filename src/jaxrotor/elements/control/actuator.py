@@ -1,15 +1,14 @@
 """What stands between a wanted torque and the shaft."""
 
 from collections.abc import Iterator
-from math import factorial
 
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.arguments import whole
 from ...core.parameter import parameter
 from ...core.part import Part, option
+from .delay import delay_rates, delayed
 
 States = Float[Array, " k"]
 
@@ -70,9 +69,7 @@ class Actuator(Part):
         n = self._delayed()
         parts = [jnp.zeros(0)]
         if self.delay is not None:
-            _, low = _approximant(n)
-            last = (wanted - low[:-1] @ state[:n]) / low[-1]
-            parts.append(jnp.concatenate([state[1:n], last[None]]) / self.delay)
+            parts.append(delay_rates(wanted, state[:n], self.delay))
         if self.bandwidth is not None:
             change = self.bandwidth * (self.limited(self._late(wanted, state)) - state[-1])
             if self.rate_limit is not None:
@@ -88,20 +85,4 @@ class Actuator(Part):
     def _late(self, wanted: Array, state: States) -> Array:
         if self.delay is None:
             return wanted
-        return jnp.asarray(_approximant(self.pade)[0]) @ state[: self.pade]
-
-
-def _approximant(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients of x^k = (delay s)^k of exp(-x): numerator of degree n - 1 (n entries), denominator n."""
-    m = n - 1
-
-    def row(degree, sign):
-        return np.array(
-            [
-                sign**k * factorial(m + n - k) * factorial(degree)
-                / (factorial(m + n) * factorial(k) * factorial(degree - k))
-                for k in range(degree + 1)
-            ]
-        )  # fmt: skip
-
-    return row(m, -1.0), row(n, 1.0)
+        return delayed(state[: self.pade])

@@ -15,6 +15,7 @@ from ...profiles.schedule import AbstractSchedule
 from .actuator import Actuator
 from .controller import AbstractController
 from .feedback import AbstractFeedback, TwistOf
+from .low_pass import low_pass_rates
 
 
 def ideal() -> Actuator:
@@ -116,10 +117,8 @@ class ActiveTorque(AbstractAttachment, Stateful, Timed, Signalling):
         seen, wanted, inner, driven = self._parts(t, motions, state)
         parts = []
         if self.cutoff is not None:
-            w, y, rate = 2 * jnp.pi * self.cutoff, seen, state[seen.shape[0] : 2 * seen.shape[0]]
-            raw = self.measured.values(t, motions)
-            # the second state is the rate over w: of the size of what is seen
-            parts = [w * rate, w * (raw - y) - jnp.sqrt(2.0) * w * rate]
+            raw, rate = self.measured.values(t, motions), state[seen.shape[0] : 2 * seen.shape[0]]
+            parts = [*low_pass_rates(self.cutoff, raw, seen, rate)]
         excess = self.actuator.limited(wanted) - wanted
         parts += [self.controller.rates(seen, inner, excess), self.actuator.rates(wanted, driven)]
         return jnp.concatenate(parts)

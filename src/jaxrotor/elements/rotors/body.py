@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.kinematics import Rows, Vector, rotation, rows
+from ...core.kinematics import Rows, Vector, cross, rotation, rows
 from ...core.parameter import parameter
 from ...core.protocol import AbstractInertia, Ported, Vec6
 from .rigid import rigid_acceleration, rigid_height_energy, rigid_kinetic_energy, rigid_weight
@@ -26,6 +26,7 @@ class RigidBody(AbstractInertia, Ported):
     mass_centre: Float[Array, "3"] = parameter("m", shapes=((3,),), default=(0.0, 0.0, 0.0))
 
     ports: ClassVar[tuple[str, ...]] = ("mass_centre",)
+    falls_freely: ClassVar[bool] = True
 
     def faults(self) -> Iterator[str]:
         J = np.diag(self.inertia) if self.inertia.ndim == 1 else self.inertia
@@ -63,7 +64,7 @@ class RigidBody(AbstractInertia, Ported):
             Q,
             self.mass,
             self._offset(at),
-            lambda a: times(J, a),
+            lambda w: cross(w, times(J, w)),
             lambda a: times(inverse, a),
         )
 

@@ -25,7 +25,7 @@ def rigid_acceleration(
     Q: Rows,
     mass: Array,
     offset: Vector | tuple[Array, Array],
-    inertia: Callable[[Vector], Vector],
+    gyroscopic: Callable[[Vector], Vector],
     inverse_inertia: Callable[[Vector], Vector],
 ) -> Vec6:
     """Accelerations of a rigid body about its geometric centre C, without a linear solve.
@@ -39,8 +39,8 @@ def rigid_acceleration(
     - `q`, `v`, `Q`: coordinates, rates, generalized force ON the body at C.
     - `mass`: kg.
     - `offset`: the mass centre less C, in B, m; two components where it has none along the axis.
-    - `inertia`, `inverse_inertia`: the inertia tensor about the mass centre in B, kg·m², applied to
-      a vector, and its inverse.
+    - `gyroscopic`: `w×(I w)` of a vector w, with the inertia tensor I about the mass centre in B, kg·m².
+      `inverse_inertia`: the inverse of I applied to a vector.
 
     Source: Matyja & Łazarz 2014, their decoupled equations; the decoupling done exactly.
     """
@@ -56,7 +56,7 @@ def rigid_acceleration(
 
     r = offset
     moment = _from_arm(r, force)
-    gyro = cross(w, inertia(w))
+    gyro = gyroscopic(w)
     al = inverse_inertia(
         (
             torque[0] - moment[0] - gyro[0],

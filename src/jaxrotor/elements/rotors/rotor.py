@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.gate import takes
-from ...core.kinematics import Rows, Tilt, Vector, dot, rotation, rows
+from ...core.kinematics import Rows, Tilt, Vector, cross, dot, rotation, rows
 from ...core.parameter import parameter
 from ...core.part import Part
 from ...core.protocol import AbstractInertia, Ended, Nominal, Vec6
@@ -58,6 +58,7 @@ class Rotor(AbstractInertia, Ended, Nominal):
     )
 
     ports: ClassVar[tuple[str, ...]] = ("mass_centre", "left", "right")
+    falls_freely: ClassVar[bool] = True
 
     @classmethod
     @takes(unbalance=None, imperfection=None)
@@ -106,12 +107,17 @@ class Rotor(AbstractInertia, Ended, Nominal):
         n = (jnp.sin(at_g) * sin_g, -jnp.cos(at_g) * sin_g, cos_g + jnp.zeros_like(at_g))
 
         # I = Jt 1 + (Jp - Jt) n nᵀ, whose inverse has the same form
-        def axial(a: Vector, across: Array, along: Array) -> Vector:
-            extra = (along - across) * dot(n, a)
+        def gyroscopic(w: Vector) -> Vector:
+            x, y, z = cross(w, n)
+            momentum = (jp - jt) * dot(n, w)
+            return momentum * x, momentum * y, momentum * z
+
+        def inverse(a: Vector) -> Vector:
+            extra = (jt / jp - 1) * dot(n, a)
             return (
-                across * a[0] + extra * n[0],
-                across * a[1] + extra * n[1],
-                (across * a[2] + extra * n[2]),
+                (a[0] + extra * n[0]) / jt,
+                (a[1] + extra * n[1]) / jt,
+                (a[2] + extra * n[2]) / jt,
             )
 
         return rigid_acceleration(
@@ -120,8 +126,8 @@ class Rotor(AbstractInertia, Ended, Nominal):
             Q,
             self.mass,
             self._offset(at),
-            lambda a: axial(a, jt, jp),
-            lambda a: axial(a, 1 / jt, 1 / jp),
+            gyroscopic,
+            inverse,
         )
 
     def _offset(self, q: Rows) -> tuple[Array, Array]:
