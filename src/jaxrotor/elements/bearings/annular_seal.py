@@ -118,8 +118,6 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     )
 
     def faults(self) -> Iterator[str]:
-        if self.theory not in ("finite", "short"):
-            yield f'theory must be "finite" or "short", but is {self.theory!r}'
         if float(self.clearance) >= 0.05 * float(self.diameter):
             yield (
                 f"clearance must be far smaller than the diameter (it is the radial one), but is "
@@ -208,7 +206,7 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
 
     def prepared(self) -> SealCurve:
         still = self._gap(jnp.zeros(()))
-        scale = 2 * self._velocity(still) / still.radius
+        scale = self._velocity(still) / (still.length + still.radius)
         return seal_curve(lambda speed: self._found(speed)[2], scale)
 
     def forces(
