@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Prepared, Stateful, Timed
+from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from ..profiles.motion import AbstractMotion, differentiate
 from .condensed import Condensed, CondensedMatrices, condense
 from .layout import Layout, joined, lay_out
@@ -144,13 +144,6 @@ def _balanced(block: Block) -> Block:
     return Block(nominal(block.element), block.count)
 
 
-def _prepared(stacked: Any) -> Any:
-    """Stacked elements, with what is to be done once a solve done."""
-    if not isinstance(stacked, Prepared):
-        return stacked
-    return jax.vmap(lambda e: e.prepared(), in_axes=-1, out_axes=-1)(stacked)
-
-
 def assemble(machine: Machine, nominal: bool = False) -> System:
     """Fills, stacks and assembles. `nominal` leaves out what turns with the shaft."""
     return assembled(machine, line_up(machine), nominal)
@@ -192,8 +185,7 @@ def _put_together(
     stations = lineup.stations
     layout = lay_out(lineup)
     groups = tuple(stack([stations[b] for b in g.blocks]) for g in layout.stations)
-    between = [(_prepared(stacked), nodes) for stacked, nodes in joined(lineup, layout)]
-    gone = [g.condensed for g in layout.connectors]
+    between, gone = joined(lineup, layout), [g.condensed for g in layout.connectors]
     own = [
         (stacked, (tuple(range(g.start, g.stop)),)) for stacked, g in zip(groups, layout.stations)
     ]

@@ -196,26 +196,25 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         )
 
     def _velocity(self, gap: Gap) -> Array:
-        return short_flow(gap) if self.theory == "short" else finite_flow(gap)
+        return short_flow(gap) if self.theory == "short" else finite_flow(gap)[0]
 
-    def _found(self, speed: Array) -> tuple[Gap, Array, Coefficients]:
-        gap = self._gap(speed)
-        w = self._velocity(gap)
+    def _found(self, speed: Array) -> tuple[Array, Coefficients]:
+        """Axial velocity, and coefficients."""
         law = short_coefficients if self.theory == "short" else finite_coefficients
-        return gap, w, law(gap, w)
+        return law(self._gap(speed))
 
     def prepared(self) -> SealCurve:
         still = self._gap(jnp.zeros(()))
         scale = self._velocity(still) / (still.length + still.radius)
-        return seal_curve(lambda speed: self._found(speed)[2], scale)
+        return seal_curve(lambda speed: self._found(speed)[1], scale)
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
-        return seal_forces(self._found(motions[-1][1][5])[2], motions)
+        return seal_forces(self._found(motions[-1][1][5])[1], motions)
 
     def inertia(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "6 6"]:
-        return seal_inertia(self._found(motions[-1][1][5])[2])
+        return seal_inertia(self._found(motions[-1][1][5])[1])
 
     def leakage(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
@@ -245,7 +244,8 @@ def _mass_flow(gap: Gap, w: Array) -> Array:
 
 @quickly_compiled
 def _point(seal: AnnularSeal, speed: Array) -> SealPoint:
-    gap, w, found = seal._found(speed)
+    gap = seal._gap(speed)
+    w, found = seal._found(speed)
     return SealPoint(
         square(found.K, found.k),
         square(found.C, found.c),
