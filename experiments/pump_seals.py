@@ -1,10 +1,10 @@
 """What wear and preswirl of its seals do to a pump's rotor.
 
 A pump of three stages between bearings, with a ring at each stage and a balance piston, all computed from
-their dimensions; the pressures grow with the speed squared. Its first forward whirl over the speed, with seals as
-new and worn to twice their clearance, and with water that enters them hardly turning (swirl brakes) or
-nearly as fast as the rotor. Left: frequency, whose crossing of the dotted line is the critical speed. Right:
-damping; below zero the rotor whirls by itself.
+their dimensions; the pressures grow with the speed squared. Its first forward whirl over the speed, with
+seals as new and worn to twice their clearance, and with water that enters them hardly turning (as behind
+swirl brakes) or nearly as fast as the rotor. Left: frequency, whose crossing of the dotted line is the
+critical speed. Right: damping; below zero the rotor whirls by itself.
 
     python experiments/pump_seals.py [--out results/pump_seals]
 

@@ -235,9 +235,9 @@ def test_lomakins_stiffness_at_rest():
 
 def test_measured_seal_of_water():
     """Kanki & Kawakami's long seal at 2000 rpm: leakage 4634 cm3/s, (K, k) 3.6 and 10.8 MN/m, (C, c) 147 and
-    55.3 kN s/m, means of both directions; another program (bulk_flow, Snyder 2020, 30 x 50 cells) has a
-    leakage of 4672.84 with Blasius's factor of 0.079 over the clearance itself. M is 222 kg for the theory's
-    318: such theories are known to say too much of it."""
+    55.3 kN s/m, means of both directions. The friction is what the leakage tells: 0.079 with Re of the
+    clearance itself, with which another program (bulk_flow, T. Snyder 2020, 30 x 50 cells) has 4672.84 cm3/s.
+    M is left out: 222 kg, and 318 here."""
     seal = jr.elements.AnnularSeal(**WATER, friction=(0.079 * 2**0.25, -0.25))
     found = seal.coefficients(2000 * np.pi / 30)
     assert float(found.leakage) / 996.8914 == pytest.approx(4672.84e-6, rel=2e-4)
