@@ -336,6 +336,22 @@ def test_curves_near_rest(length):
         np.testing.assert_allclose(found / sizes, [K, k, C, c, M] / sizes, rtol=0, atol=5e-6)
 
 
+def test_friction_much_quicker_than_the_flow():
+    """A narrow seal, turned much too fast: the swirl settles at the inlet, and w is a root in closed form for
+    walls alike. Curves, which reach to speeds that nobody runs at, are finite."""
+    narrow = WATER | dict(clearance=2e-4, pressure_drop=1e5, inlet_loss=0.0)
+    found = jr.elements.AnnularSeal(**narrow, friction=(0.079, -0.25)).coefficients(6000.0)
+
+    rho, nu = 996.8914, 8.779876e-4 / 996.8914
+
+    def left(w):
+        V = np.hypot(w, 0.1 * 6000.0 / 2)
+        return w**2 / 2 + 0.079 * (4e-4 * V / nu) ** -0.25 * V * w * 0.2 / 2e-4 - 1e5 / rho
+
+    assert float(found.velocity) == pytest.approx(brentq(left, 1e-6, 1e2, xtol=1e-15), rel=1e-3)
+    assert np.all(np.isfinite(CURVE(jr.elements.AnnularSeal(**narrow)).table))
+
+
 def test_slopes_of_rates(machine):
     """By the clearance, the preswirl and the speed, along one direction."""
     y = jnp.asarray(np.random.default_rng(1).uniform(-1e-3, 1e-3, 12)).at[11].set(300.0)

@@ -62,18 +62,17 @@ class Coefficients(NamedTuple):
     m: Array
 
 
-def _radau(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points from 0 to 1, without the first, and the integrals from 0 to each of what is given at them:
-    collocation, stable however fast the friction settles the swirl."""
-    # where the Legendre polynomials of the degrees n and n - 1 are alike
-    points = np.polynomial.legendre.legroots([0.0] * (n - 1) + [-1.0, 1.0])
-    basis = np.polynomial.legendre.legvander(points, n - 1)
-    sums = [np.polynomial.legendre.legint(one, lbnd=-1) for one in np.eye(n)]
-    integrals = np.stack([np.polynomial.legendre.legval(points, one) for one in sums], axis=1)
-    return (points + 1) / 2, integrals @ np.linalg.inv(basis) / 2
+def _radau(n: int) -> np.ndarray:
+    """Integrals from 0 to each of Radau's n points (the last at 1) of what is given at them: collocation with
+    these is stable however fast the friction settles the swirl."""
+    polynomials = np.polynomial.legendre
+    # where those of the degrees n and n - 1 are alike
+    points = polynomials.legroots([0.0] * (n - 1) + [-1.0, 1.0])
+    sums = [polynomials.legval(points, polynomials.legint(one, lbnd=-1)) for one in np.eye(n)]
+    return np.stack(sums, axis=1) @ np.linalg.inv(polynomials.legvander(points, n - 1)) / 2
 
 
-_INTEGRALS = _radau(_POINTS)[1]
+_INTEGRALS = _radau(_POINTS)
 
 
 def finite_flow(gap: Gap) -> tuple[Array, Array]:
@@ -115,28 +114,28 @@ def _impedance(gap: Gap, w: Array, u: Array, whirl: Array) -> Array:
     to_u = around_w - _friction(gap, w, u, C)[1] / w  # with w1 du/dz
     ones, zeros = jnp.ones_like(u), jnp.zeros_like(u)
 
-    def carried(w1_z, u1, gaps, w1_in):
+    def carried(w1_z, u1=0.0, gaps=0.0, w1_in=0.0):
         """w1 and p1."""
         w1 = w1_in + T @ w1_z
         p1_z = -_by(seen + axial_w, w1) - w * w1_z - _by(axial_u, u1) - _by(axial_h, gaps)
         return w1, T @ p1_z - (1 + gap.inlet_loss) * w * w1_in
 
-    def swirled(w1, p1, u1, gaps):
+    def swirled(w1, p1, u1=0.0, gaps=0.0):
         slowed = _by(to_u, w1) + _by(around_u + seen, u1) + _by(around_h, gaps)
         return T @ (1j / R * p1 - slowed) / w
 
     gaps, w1_in = jnp.stack([-ones, zeros], 1), jnp.stack([zeros, ones], 1)
-    each, none = jnp.eye(_POINTS), jnp.zeros((_POINTS, _POINTS))
-    by_u = carried(1j / R * each, each, none, none)
-    by_gap = carried(-_by(seen, gaps) / C, none[:, :2], gaps, w1_in)
-    u1 = jnp.linalg.solve(each - swirled(*by_u, each, none), swirled(*by_gap, none[:, :2], gaps))
+    each = jnp.eye(_POINTS)
+    by_u = carried(1j / R * each, u1=each)
+    by_gap = carried(-_by(seen, gaps) / C, gaps=gaps, w1_in=w1_in)
+    u1 = jnp.linalg.solve(each - swirled(*by_u, u1=each), swirled(*by_gap, gaps=gaps))
     w1, p1 = (own + of @ u1 for own, of in zip(by_gap, by_u))
     left = p1[-1] + gap.exit_recovery * w * w1[-1]
     force = T[-1] @ p1
     return jnp.pi * R * gap.density * (force[0] - left[0] / left[1] * force[1])
 
 
-def _by(factor: Array, columns: Array) -> Array:
+def _by(factor: Array, columns: Array | float) -> Array:
     return factor[:, None] * columns
 
 
