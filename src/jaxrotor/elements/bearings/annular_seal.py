@@ -89,8 +89,8 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
       finite ones, M at another size.
 
     A flow with a Reynolds number below 2000 is not turbulent: `coefficients` refuses it, a run through it
-    says so and goes on with the turbulent law. Over many speeds or for long runs `support(speeds)` is
-    quicker. It keeps no account of its energy: its work counts as that of a load in the energy audit.
+    says so and goes on with the turbulent law. `support(speeds)` is a table of it, for what is looked at over
+    and over. It keeps no account of its energy: its work counts as that of a load in the energy audit.
 
     Sources: Childs, J. Lubr. Tech. 105 (1983) 429 and 437, and Turbomachinery Rotordynamics (1993), ch. 4;
     Black & Jenssen, ASME 71-WA/FE-38 (1971); Hirs, J. Lubr. Tech. 95 (1973) 137.
@@ -233,11 +233,9 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         return mean_reynolds(gap, self._velocity(gap))
 
     def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
-        return (
-            self.reynolds_number(jnp.zeros(()), motions, None),
-            jnp.array([_TURBULENT, _ANY]),
-            "",
-        )
+        # at each sample of a run: w of a settled swirl, found in a sixtieth of the time
+        gap = self._gap(motions[-1][1][5])
+        return mean_reynolds(gap, short_flow(gap)), jnp.array([_TURBULENT, _ANY]), ""
 
 
 def _mass_flow(gap: Gap, w: Array) -> Array:

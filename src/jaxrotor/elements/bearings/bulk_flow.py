@@ -18,7 +18,7 @@ Sources: Childs, J. Lubr. Tech. 105 (1983) 429 (short seals) and 437 (finite len
 (1973) 137; Black & Jenssen, ASME 71-WA/FE-38 (1971); Childs, Turbomachinery Rotordynamics (1993), ch. 4.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -114,13 +114,13 @@ def _impedance(gap: Gap, w: Array, u: Array, whirl: Array) -> Array:
     to_u = around_w - _friction(gap, w, u, C)[1] / w  # with w1 du/dz
     ones, zeros = jnp.ones_like(u), jnp.zeros_like(u)
 
-    def carried(w1_z, u1=0.0, gaps=0.0, w1_in=0.0):
+    def carried(w1_z: Array, u1: Any = 0.0, gaps: Any = 0.0, w1_in: Any = 0.0):
         """w1 and p1."""
         w1 = w1_in + T @ w1_z
         p1_z = -_by(seen + axial_w, w1) - w * w1_z - _by(axial_u, u1) - _by(axial_h, gaps)
         return w1, T @ p1_z - (1 + gap.inlet_loss) * w * w1_in
 
-    def swirled(w1, p1, u1=0.0, gaps=0.0):
+    def swirled(w1: Array, p1: Array, u1: Any = 0.0, gaps: Any = 0.0):
         slowed = _by(to_u, w1) + _by(around_u + seen, u1) + _by(around_h, gaps)
         return T @ (1j / R * p1 - slowed) / w
 
@@ -135,7 +135,7 @@ def _impedance(gap: Gap, w: Array, u: Array, whirl: Array) -> Array:
     return jnp.pi * R * gap.density * (force[0] - left[0] / left[1] * force[1])
 
 
-def _by(factor: Array, columns: Array | float) -> Array:
+def _by(factor: Array, columns: Any) -> Array:
     return factor[:, None] * columns
 
 
