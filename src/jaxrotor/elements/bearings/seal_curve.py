@@ -13,7 +13,7 @@ from .bulk_flow import Coefficients
 # Rows for speeds above zero and their distance, in asinh(speed/scale): up to 11000 times the scale, with
 # cubics between that are off by some millionths.
 _ROWS, _STEP = 100, 0.1
-# Central differences of the sixth order: those of the fourth are off by 2e-4 of k near rest.
+# Central differences of the sixth order: with those of the fourth k is off by 5e-5 near rest.
 _SLOPE = (-1 / 60, 3 / 20, -3 / 4, 0.0, 3 / 4, -3 / 20, 1 / 60)
 # What a turning the other way changes the sign of: k and c, and m.
 _ODD = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)
@@ -50,7 +50,7 @@ class SealCurve(AbstractAttachment, Inertial):
 
 
 def seal_curve(found: Callable[[Array], Coefficients], scale: Array) -> SealCurve:
-    """Of coefficients by the speed; `scale`, rad/s: where the swirl begins to count in the friction."""
+    """Of coefficients by the speed; `scale`, rad/s: about where the speed begins to tell."""
     # three rows more, for the slopes at the end
     speeds = scale * jnp.sinh(_STEP * jnp.arange(_ROWS + 4.0))
     ahead = jnp.stack(jax.lax.map(found, speeds), axis=-1)
