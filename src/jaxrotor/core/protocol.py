@@ -216,6 +216,14 @@ class Geared(AbstractElement):
         """Speed of the second station over that of the first."""
 
 
+class Prepared(AbstractElement):
+    """Has work to do once a solve, before any step: a flow to be found, curves to be drawn."""
+
+    @abc.abstractmethod
+    def prepared(self) -> AbstractElement:
+        """What acts in its place, at the same stations; derivatives pass through."""
+
+
 class Energetic(AbstractElement):
     """Can account for its energy; written without using `forces` or `matrices`."""
 
@@ -341,6 +349,12 @@ class Nominal(AbstractElement):
 class Tabulated(AbstractElement):
     """Draws on a table over its own motion. Beyond the table's ends the last value is held, and a run that
     goes there says so."""
+
+    # What it says, of the table's ends, where the run goes, and the unit.
+    beyond: ClassVar[str] = (
+        "its table ends at {first:.6g} and {last:.6g} {unit}, but the run goes to {found} {unit}: its last "
+        "value is held there; give it more rows"
+    )
 
     @abc.abstractmethod
     def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Float[Array, " n"], str]:

@@ -1,3 +1,4 @@
+from .bearings.annular_seal import AnnularSeal as AnnularSeal, SealPoint as SealPoint
 from .bearings.journal import (
     AbstractFilm as AbstractFilm,
     JournalBearing as JournalBearing,

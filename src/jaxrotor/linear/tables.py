@@ -1,5 +1,5 @@
-"""Supports whose coefficients stand in tables over the speed, which no polynomial is: taken apart from the
-machine, and what they add to its matrices."""
+"""Supports whose coefficients are no polynomial of the speed (tables, seals): taken apart from the machine,
+and what they add to its matrices."""
 
 from typing import Any, NamedTuple
 
@@ -9,12 +9,15 @@ import numpy as np
 
 from ..core.kinematics import COORDINATES
 from ..core.quick import quickly_compiled
+from ..elements.bearings.annular_seal import AnnularSeal
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
 from .coordinates import coordinate_order
 from .steady import Steady
 from .whirling import at_whirl
+
+_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal)
 
 
 class Tables(NamedTuple):
@@ -23,14 +26,18 @@ class Tables(NamedTuple):
     held; `turning`: the station whose speed its table is over."""
 
     rest: Machine
-    parts: tuple[SpeedDependentSupport | WhirlDependentSupport, ...]
+    parts: tuple[SpeedDependentSupport | WhirlDependentSupport | AnnularSeal, ...]
     places: np.ndarray
     turning: np.ndarray
 
     @property
     def drag(self) -> bool:
         """Whether one answers to the spin itself, with a force on what lies straight."""
-        return any(np.any(np.asarray(part.damping)[..., 5]) for part in self.parts)
+        return any(
+            np.any(np.asarray(part.damping)[..., 5])
+            for part in self.parts
+            if not isinstance(part, AnnularSeal)
+        )
 
     def at_whirl(self, frequency: float) -> "Tables":
         """With coefficients of the parts that depend on it at a whirl frequency, rad/s."""
@@ -82,7 +89,7 @@ def tables_of(machine: Machine) -> Tables | None:
     nothing = LinearSupport(jnp.zeros(6), jnp.zeros(6))
     names, places, turning = [], [], []
     for name, ends in zip(wiring.connectors, wiring.ends):
-        if type(elements[name]) not in (SpeedDependentSupport, WhirlDependentSupport):
+        if type(elements[name]) not in _APART:
             continue
         (station, port), *others = ends
         if port or others:

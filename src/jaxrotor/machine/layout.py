@@ -11,7 +11,7 @@ from typing import Any
 
 import jax
 
-from ..core.protocol import AbstractPrescribed, Carried, Ported
+from ..core.protocol import AbstractPrescribed, Carried, Ported, Prepared
 from .lineup import Block, Lineup, stack, structure, structure_of
 
 
@@ -202,11 +202,17 @@ def lay_out(lineup: Lineup) -> Layout:
 
 
 def joined(lineup: Lineup, layout: Layout) -> list[tuple[Any, tuple[tuple[int, ...], ...]]]:
-    """Of each group of connectors its elements, stacked, and the nodes of each end."""
+    """Of each group of connectors its elements, stacked and `Prepared`, and the nodes of each end."""
     return [
-        (stack([lineup.connectors[b] for b in group.blocks]), group.nodes)
+        (_prepared(stack([lineup.connectors[b] for b in group.blocks])), group.nodes)
         for group in layout.connectors
     ]
+
+
+def _prepared(stacked: Any) -> Any:
+    if not isinstance(stacked, Prepared):
+        return stacked
+    return jax.vmap(lambda e: e.prepared(), in_axes=-1, out_axes=-1)(stacked)
 
 
 def turns_by_chi(lineup: Lineup) -> bool:

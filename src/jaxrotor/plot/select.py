@@ -8,6 +8,7 @@ from jaxtyping import Array
 from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..core.quick import lightly_compiled
+from ..elements.bearings.annular_seal import AnnularSeal
 from ..elements.bearings.journal import AbstractFilm
 from ..elements.bearings.law_support import LawSupport
 from ..elements.bearings.radial import RadialBearing
@@ -77,6 +78,7 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
 # Attachments that carry a rotor against the ground.
 _SUPPORTS = (
     AbstractFilm,
+    AnnularSeal,
     LawSupport,
     LinearSupport,
     RadialBearing,

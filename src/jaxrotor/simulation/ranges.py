@@ -34,11 +34,10 @@ def tell_ranges(response: Response) -> None:
         ]
         if beyond:
             unit = tables[name].looked_up(((jnp.zeros(6), jnp.zeros(6)),))[2]
-            warnings.warn(
-                f"`{name}`: its table ends at {first:.6g} and {last:.6g} {unit}, but the run goes to "
-                f"{' and '.join(beyond)} {unit}: its last value is held there; give it more rows",
-                stacklevel=3,
+            told = tables[name].beyond.format(
+                first=first, last=last, found=" and ".join(beyond), unit=unit
             )
+            warnings.warn(f"`{name}`: {told}", stacklevel=3)
 
 
 @quickly_compiled
