@@ -111,14 +111,35 @@ def pull(element, *motions, t=0.0, state=None):
 
 
 def assert_derivatives_agree(f, x, rtol=1e-7, step=1e-6, atol=0.0):
-    """Forward, reverse and central differences of `f` (any shape) at the vector `x`."""
+    """Forward, reverse and central differences of `f` (any shape) at the vector `x`. (One direction after
+    another: side by side, as of `jacfwd` and `jacrev`, their programs take a sixth longer to make.)"""
     x = np.asarray(x, float)
-    both = jax.jit(jax.jacfwd(lambda x: (f(x),) * 2, has_aux=True))  # one program for both
+
+    @jax.jit
+    def ahead(x, count):
+        """The value, and so many of the columns."""
+        like = jax.eval_shape(f, x)
+
+        def along(i, found):
+            value, slope = jax.jvp(f, (x,), (jnp.eye(x.size)[i],))
+            return value, found[1].at[i].set(slope)
+
+        none = jnp.zeros(like.shape), jnp.zeros((x.size, *like.shape))
+        value, columns = jax.lax.fori_loop(0, count, along, none)
+        return value, jnp.moveaxis(columns, 0, -1)
+
+    @jax.jit
+    def back(x):
+        value, pulled = jax.vjp(f, x)
+        if not value.ndim:
+            return pulled(jnp.ones(()))[0]
+        units = jnp.eye(value.size).reshape(-1, *value.shape)
+        return jax.lax.map(lambda u: pulled(u)[0], units).reshape(*value.shape, x.size)
 
     def value(x):
-        return np.asarray(both(x)[1])
+        return np.asarray(ahead(x, 1)[0])
 
-    forward, reverse = both(x)[0], jax.jit(jax.jacrev(f))(x)
+    forward, reverse = ahead(x, x.size)[1], back(x)
     forward = np.asarray(forward)
     assert np.all(np.isfinite(forward)) and np.any(np.abs(forward) > 0)
     scale = np.max(np.abs(forward))

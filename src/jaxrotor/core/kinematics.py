@@ -7,6 +7,7 @@ tuples of three scalars here: under `vmap` over stations they become fused eleme
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -24,6 +25,11 @@ def rows(x: Rows) -> tuple[Array, ...]:
     """The coordinates one by one. All are read by one operation: each `x[i]` would be three in a program, six
     in its reverse, and these made half of the field's."""
     return x if isinstance(x, tuple) else tuple(jnp.unstack(x))
+
+
+def about_axis(x: Float[Array, "*n"]) -> Float[Array, "6 *n"]:
+    """What acts about the shaft's axis, or turns about it, alone: nothing in the other five."""
+    return jax.lax.pad(x[None], jnp.zeros((), x.dtype), [(5, 0, 0), *[(0, 0, 0)] * x.ndim])
 
 
 class Tilt(NamedTuple):

@@ -98,13 +98,20 @@ def fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> Mi
     that turns by `turn`: so weights for many angles are mixed from the moments of one near enough."""
     at, count = np.append(-np.arange(order, dtype=float), 1.0), order + _MORE
     powers = np.stack([at**i / factorial(i) for i in range(count - 2)])
-    values = jnp.concatenate([powers, turning_powers(jnp.asarray(at), near, count - 2, 2)])
-    unit = jnp.eye(count)
-    turned = dict(zip(range(count), unit))
-    for n in range(count - 3, order - 3, -1):  # u_n = s^n/n! - turn² u_(n+2)
-        turned[n] = unit[n] - turn**2 * turned[n + 2]
-    before = jnp.stack([*unit[: order - 2], turned[order - 2], turned[order - 1]])
-    after = jnp.stack([*unit[: order - 1], turned[order - 1], turned[order]])
+    values = jnp.concatenate([powers, turning_powers(at, near, count - 2, 2)])
+    # u_n = s^n/n! - turn² u_(n+2), down to the functions that there are moments of
+    w = -(turn**2)
+    folded = jnp.stack([jnp.ones_like(w), w, w * w, w * w * w])
+
+    def mixed(plain: int) -> Array:
+        parts = np.zeros((len(folded), plain + 2, count))
+        parts[0, :plain, :plain] = np.eye(plain)
+        for row in (plain, plain + 1):
+            for power, n in enumerate(range(row, count, 2)):
+                parts[power, row, n] = 1.0
+        return jnp.tensordot(folded, parts, 1)
+
+    before, after = mixed(order - 2), mixed(order - 1)
     basis, full = before @ values, after @ values
     mix = _inverse(basis[:, :order], at[:order])
     return mix @ before, _inverse(full, at)[order] @ after, mix @ basis[:, order]
@@ -116,10 +123,12 @@ def _inverse(basis: Float[Array, "n n"], points: np.ndarray) -> Any:
     n = points.size
     powers = np.linalg.inv(np.stack([points**i / factorial(i) for i in range(n)]))
     own = basis[n - 2 :] @ powers
-    (a, b), (c, d) = own[:, n - 2 :]
-    last = jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
-    lower = jnp.concatenate([-last @ own[:, : n - 2], last], axis=1)
-    return powers @ jnp.concatenate([jnp.eye(n)[: n - 2], lower])
+    corner, turned = own[:, n - 2 :], np.array([[0.0, 1.0], [-1.0, 0.0]])
+    adjoint = turned @ corner.T @ turned.T
+    last = adjoint / (0.5 * jnp.sum(corner * adjoint.T))
+    polynomial, unit = np.arange(n) < n - 2, np.eye(n)
+    lower = last @ (unit[n - 2 :] - jnp.where(polynomial, own, 0.0))
+    return powers * polynomial + powers[:, n - 2 :] @ lower
 
 
 def polynomial_mix(points: np.ndarray, order: int) -> Mix:

@@ -46,20 +46,25 @@ def balance(A: Float[Array, "d d"]) -> Float[Array, " d"]:
 
 
 def turning_powers(
-    x: Float[Array, "..."], turn: Float[Array, "..."], first: int, count: int
+    x: np.ndarray, turn: Float[Array, ""], first: int, count: int
 ) -> Float[Array, "..."]:
     """`u_n(x) = Σ_l (-1)^l turn^(2l) x^(n+2l)/(n+2l)!` for n = first, ..., stacked in front.
 
     `x^n/n!` where nothing turns; `cos(turn x)` is u_0 and `sin(turn x)/turn` u_1, and u_n + turn² u_(n+2) is
     x^n/n!. By its series: the closed form loses all digits where `turn x` is small. Up to 8 rad it has
-    twelve digits.
+    twelve digits. (A product with numbers known beforehand: term after term, these were a tenth of the
+    operations of a run.)
     """
-    n = np.arange(first, first + count).reshape(-1, *[1] * jnp.ndim(x))
-    square, total = -((turn * x) ** 2), 1.0
-    for l in range(_TURN_TERMS, 0, -1):
-        total = 1.0 + total * square / ((n + 2 * l - 1) * (n + 2 * l))
-    factorials = np.cumprod([1.0, *range(1, first + count)])[first:].reshape(n.shape)
-    return x**n / factorials * total
+    n = np.arange(first, first + count).reshape(-1, *[1] * (np.ndim(x) + 1))
+    l = np.arange(_TURN_TERMS + 1)
+    factorials = np.cumprod([1.0, *range(1, first + count + 2 * _TURN_TERMS)])
+    series = (-1.0) ** l * np.asarray(x)[..., None] ** (n + 2 * l) / factorials[n + 2 * l]
+    square = (turn * turn)[None]
+    powers = jnp.concatenate([jnp.ones(1), square])
+    while powers.size <= _TURN_TERMS:
+        square = square * square
+        powers = jnp.concatenate([powers, square * powers])
+    return jnp.asarray(series) @ powers[: _TURN_TERMS + 1]
 
 
 def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:
@@ -70,7 +75,7 @@ def _shift(turn: Float[Array, ""] | None, count: int) -> Array | np.ndarray:
     shift = np.where(below >= 0, powers[np.maximum(below, 0)], 0.0)
     if turn is None:
         return shift
-    turned = turning_powers(jnp.ones(()), turn, 0, count)
+    turned = turning_powers(np.ones(()), turn, 0, count)
     last = jnp.where(below >= 0, turned[np.maximum(below, 0)], 0.0)[-2:]
     return jnp.concatenate([shift[:-2], last.at[0, -1].set(-(turn**2) * turned[1])])
 
@@ -126,7 +131,7 @@ def phi_columns(
     own, skipped = None, jnp.zeros(count)
     if turn is not None:
         own = turn * scale
-        turned = turning_powers(jnp.ones(()), own, count - 2, _TAYLOR_TERMS + 3)
+        turned = turning_powers(np.ones(()), own, count - 2, _TAYLOR_TERMS + 3)
         at_one = jnp.concatenate([at_one[: count - 2], turned])
         # s^n/n! of the highest that does not turn is u_n + turn² u_(n+2)
         skipped = skipped.at[count - 2].set(own**2)

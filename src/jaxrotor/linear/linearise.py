@@ -20,6 +20,7 @@ from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, on_nodes, relative_field
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.picked import block
 from ..machine.system import System, assemble
 from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat
@@ -260,14 +261,14 @@ def _ordered(machine: Machine, M, D, K, A, B, speed, state: State) -> LinearMode
     whole = internal_order(order, A.shape[0])
     names = structure_of(machine).wiring.stations
     spins = state.velocity[np.array([names.index(s) for s, _ in labels], int), 5]
-    grid, both = np.ix_(order, order), np.ix_(whole, whole)
+    M, D, K = (block(x, order, order) for x in (M, D, K))
     return LinearModel(
-        M[grid],
-        0.5 * (D + D.T)[grid],
-        0.5 * (D - D.T)[grid],
-        K[grid],
-        A[both],
-        B[np.ix_(whole, order)],
+        M,
+        0.5 * (D + D.T),
+        0.5 * (D - D.T),
+        K,
+        block(A, whole, whole),
+        block(B, whole, order),
         speed,
         spins,
         state,

@@ -19,6 +19,7 @@ from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.machine import Machine
+from ..machine.picked import block
 from ..machine.system import assemble_both
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
@@ -176,7 +177,8 @@ def _amplitudes(machine: Machine, balanced, outputs, speeds, orders, turn_at, at
         y = to_flat(model.state, nominal, (nominal.reference(zero)[0], speed, zero))
         held = None
         if not isinstance(at, State):
-            M = model.M[np.ix_(np.argsort(order), np.argsort(order))]
+            back = np.argsort(order)
+            M = block(model.M, back, back)
             own = relative_field(zero, y, nominal, (zero, speed, zero))
             held = holding(nominal, own, M)
         pair = (machine, actual), (balanced, nominal)

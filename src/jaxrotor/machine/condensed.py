@@ -16,7 +16,7 @@ from ..core.kinematics import from_turning, spin_speed
 from ..core.turning import turning_forces
 from .following import PLANES, Places, circling, followings, in_plane, places, turning, with_own
 from .layout import Layout
-from .picked import picked
+from .picked import block, gathered, picked
 
 
 class Condensed(eqx.Module):
@@ -150,7 +150,7 @@ def _sag(
     for plane, stiff, mass in zip(PLANES[:3], K, M) if inner.size else ():
         i = np.concatenate([c * n + inner for c in range(len(plane))])
         weight = jnp.sum(mass[i, :n], axis=1) * gravity[plane[0]]
-        found = jnp.zeros(len(plane) * n).at[i].set(jnp.linalg.solve(stiff[np.ix_(i, i)], weight))
+        found = jnp.zeros(len(plane) * n).at[i].set(jnp.linalg.solve(block(stiff, i, i), weight))
         for c, own in zip(plane, found.reshape(len(plane), n)):
             rows[c] = own[solved:]
     return jnp.stack(rows)
@@ -164,11 +164,13 @@ def _places(k: int, rows: tuple[int, ...], columns: tuple[int, ...]):
 
 def _one(parts: list[Array], k: int) -> Array:
     """Of all planes, (6 k, 6 k)."""
-    found = jnp.zeros((6 * k, 6 * k))
+    flat = jnp.concatenate([*(part.ravel() for part in parts), jnp.zeros(1)])
+    at, first = np.full((6 * k, 6 * k), flat.size - 1), 0
     for plane, part in zip(PLANES, parts):
-        found = found.at[_places(k, plane, plane)].set(part)
-    return _by_node(found, k)
+        at[_places(k, plane, plane)] = first + np.arange(part.size).reshape(part.shape)
+        first += part.size
+    return gathered(flat, _by_node(at, k)[..., None])
 
 
-def _by_node(X: Array, k: int) -> Array:
+def _by_node(X: Any, k: int) -> Any:
     return X.reshape(6, k, 6, k).transpose(1, 0, 3, 2).reshape(6 * k, 6 * k)

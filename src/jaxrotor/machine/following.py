@@ -12,9 +12,9 @@ from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
+from .picked import block, some_rows, summed
 from .ritz import ritz_shapes
 
 # What deforms by itself: bending in two planes, stretching and twisting; the first coordinate moves across.
@@ -85,11 +85,11 @@ def in_plane(xp: Any, X: Any, at: Places, rows: tuple[int, ...], columns: tuple[
     )
     place = row[:, None] * (len(columns) * n) + column[None]
     size = len(rows) * len(columns) * n * n
-    values = X[r][:, c]
+    values = block(X, r, c)
     if xp is np:
         found = np.bincount(place.ravel(), values.ravel(), minlength=size)
     else:
-        found = jnp.zeros(size).at[place].add(values, mode="promise_in_bounds")
+        found = summed(values, place, size)
     return found.reshape(len(rows) * n, len(columns) * n)
 
 
@@ -127,39 +127,43 @@ def following(xp: Any, K: Any, M: Any, gyroscopic: Any, at: Places, frequency: f
     i, b, of_kept = every(inner), every(fixed), every(kept)
     f = every(np.arange(solved, n))
     # scaled first: metres and radians differ by orders
-    size = 1.0 / xp.sqrt(xp.diagonal(K)[i])
-    stiff = K[np.ix_(i, i)] * size[:, None] * size
-    static = -size[:, None] * xp.linalg.solve(stiff, size[:, None] * K[np.ix_(i, b)])
+    size = 1.0 / xp.sqrt(some_rows(xp.diagonal(K), i))
+    stiff = block(K, i, i) * size[:, None] * size
+    static = -size[:, None] * xp.linalg.solve(stiff, size[:, None] * block(K, i, b))
     # columns as found, those of what is fixed first, into the order of what is solved for
     order = np.argsort(
         np.concatenate([c * solved + x for x in (fixed, kept) for c in range(width)])
     )
-    psi = static[_rows(f, i)]
+    own = _rows(f, i)
     if not kept.size:
-        return psi[:, order]
+        return block(static, own, order)
+    psi = some_rows(static, own)
     told = xp.zeros((f.size, of_kept.size))
     for ends, keeps, own in at.runs:
         if not keeps:
             continue
         mine, edge, ours = every(own), every(ends), every(keeps)
-        moved = still(static)[np.ix_(_rows(mine, i), _rows(edge, b))]
+        moved = block(still(static), _rows(mine, i), _rows(edge, b))
 
         def pushed(X, rows, mine=mine, edge=edge, moved=moved):
             X = still(X)
-            return X[np.ix_(rows, edge)] + X[np.ix_(rows, mine)] @ moved
+            return block(X, rows, edge) + block(X, rows, mine) @ moved
 
         loads = [pushed(X, mine) for X in (M, gyroscopic) if X is not None]
-        stiff, mass = (still(X)[np.ix_(mine, mine)] for X in (K, M))
+        stiff, mass = (block(still(X), mine, mine) for X in (K, M))
         shapes = ritz_shapes(xp, stiff, mass, loads, pushed(K, edge), ours.size, frequency)
         theirs = np.setdiff1d(mine, ours)
-        by = xp.linalg.solve(shapes[_rows(ours, mine)].T, shapes[_rows(theirs, mine)].T).T
+        by = xp.linalg.solve(
+            some_rows(shapes, _rows(ours, mine)).T, some_rows(shapes, _rows(theirs, mine)).T
+        ).T
         into = np.ix_(_rows(theirs, f), _rows(ours, of_kept))
         if xp is np:
             told[into] = by
         else:
             told = told.at[into].set(by)
     told = still(told)
-    return xp.concatenate([psi - told @ static[_rows(of_kept, i)], told], axis=1)[:, order]
+    whole = xp.concatenate([psi - told @ some_rows(static, _rows(of_kept, i)), told], axis=1)
+    return block(whole, np.arange(f.size), order)
 
 
 def _rows(some: np.ndarray, among: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from ..core.protocol import Carried, first_of, is_inertial, is_massive
 from .condensed import CondensedMatrices
 from .layout import Layout
+from .picked import block, some_rows
 from .placing import placed
 
 
@@ -98,10 +99,10 @@ def assemble_mass(
     c, g = np.array(free, int), np.array(given, int)
     r = np.array([a * n + k for k in own for a in range(6)], int)
     # scaled first: masses and moments of inertia differ by orders
-    scale = 1.0 / jnp.sqrt(jnp.diagonal(M)[c])
-    scaled = M[np.ix_(c, c)] * scale[:, None] * scale
+    scale = 1.0 / jnp.sqrt(some_rows(jnp.diagonal(M), c))
+    scaled = block(M, c, c) * scale[:, None] * scale
     inverse = (jnp.linalg.inv(scaled) if c.size else scaled) * scale[:, None] * scale
-    passed_on = M[np.ix_(r, c)] @ inverse
+    passed_on = block(M, r, c) @ inverse
     return CoupledMass(
         tuple(free),
         tuple(given),
@@ -115,10 +116,10 @@ def assemble_mass(
         M,
         M[5 * n :],
         inverse,
-        M[np.ix_(c, g)],
-        M[np.ix_(r, g)],
+        block(M, c, g),
+        block(M, r, g),
         passed_on,
-        M[np.ix_(r, r)] - passed_on @ M[np.ix_(c, r)],
+        block(M, r, r) - passed_on @ block(M, c, r),
         weight,
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 from ..machine.field import initial_states
+from ..machine.picked import block
 from ..machine.system import Actor, System
 
 # What resists a turning by less than this part of what the stiffest shaft would resists nothing.
@@ -47,7 +48,7 @@ def turning_at_rest(system: System) -> Turning | None:
     owner = np.zeros((n, layout.n_mass))
     owner[np.arange(layout.n_nodes), np.array(layout.node_station, int)] = 1.0
     at = free[turning] % layout.n_mass
-    near, far = (jax.lax.stop_gradient(owner.T @ x @ owner)[np.ix_(at, at)] for x in slopes)
+    near, far = (block(jax.lax.stop_gradient(owner.T @ x @ owner), at, at) for x in slopes)
     S = 0.5 * (near + near.T + far + far.T)
     size = jnp.sqrt(jnp.abs(jnp.diagonal(S)))
     size = jnp.where(size > 0, size, 1.0)

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...core.kinematics import about_axis, rows
 from ...core.parameter import parameter
 from ...core.protocol import (
     AbstractElement,
@@ -129,17 +130,17 @@ class SelfAligningBearing(Lumping, Carried, Acting, Linear, Energetic, Signallin
     def friction_torque(self, motion: Motion) -> Float[Array, ""]:
         """Magnitude with the sign of the speed, N·m; it brakes."""
         q, v = motion
-        fx = self.stiffness * q[0] + self.damping * v[0]
-        fy = self.stiffness * q[1] + self.damping * v[1]
-        load = jnp.sqrt(fx**2 + fy**2 + LOAD_SMOOTHING**2)
-        return self.friction_arm * load * jnp.tanh(v[5] / FRICTION_SPEED)
+        x, y, *_ = rows(q)
+        x_t, y_t, *_, phi_t = rows(v)
+        fx = self.stiffness * x + self.damping * x_t
+        fy = self.stiffness * y + self.damping * y_t
+        load = jnp.sqrt(fx * fx + fy * fy + LOAD_SMOOTHING**2)
+        return self.friction_arm * load * jnp.tanh(phi_t / FRICTION_SPEED)
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
-        torque = self.friction_torque(motions[0])
-        zero = jnp.zeros_like(torque)
-        return (jnp.stack([zero, zero, zero, zero, zero, -torque]),)
+        return (about_axis(-self.friction_torque(motions[0])),)
 
     def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         ((q, _),) = motions

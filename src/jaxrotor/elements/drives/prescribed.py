@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...core.kinematics import about_axis
 from ...core.parameter import parameter
 from ...core.protocol import AbstractPrescribed, Timed, Vec6
 from ...profiles.motion import AbstractMotion
@@ -26,9 +26,7 @@ class PrescribedSpin(AbstractPrescribed, Timed):
     spin_only: ClassVar[bool] = True
 
     def motion(self, t: Float[Array, ""]) -> Vec6:
-        phi = self.angle + self.profile.position(t)
-        zero = jnp.zeros_like(phi)
-        return jnp.stack([zero, zero, zero, zero, zero, phi])
+        return about_axis(self.angle + self.profile.position(t))
 
     def times(self) -> Float[Array, " n"]:
         return self.profile.jumps()
