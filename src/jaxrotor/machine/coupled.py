@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from ..core.elimination import solution
 from ..core.kinematics import with_last
 from .mass import CoupledMass
-from .picked import picked
+from .picked import picked, placed_columns
 
 
 def _spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, Array]:
@@ -278,5 +278,6 @@ def _back(positions: tuple[int, ...], values: Array, n: int) -> Float[Array, "6 
 
 def _placed(x: Float[Array, "6 n"], values: Float[Array, "6 k"], columns: np.ndarray) -> Array:
     """`x` with other columns."""
-    into = (columns[:, None] == np.arange(x.shape[1])).astype(float)
-    return jnp.where(into.any(axis=0), values @ into, x)
+    count = x.shape[1]
+    there = placed_columns(values, columns, count)
+    return jnp.where(np.isin(np.arange(count), columns), there, x)

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 from ..core.columns import columns
 from ..core.kinematics import from_turning, turning_lead_acceleration, with_last
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
-from .picked import picked
+from .picked import picked, placed_columns
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System
 
@@ -317,20 +317,12 @@ def _has_state(actor: Actor) -> bool:
 
 
 def _gather(Q: Array, extra: list, count: int) -> Array:
-    """Adds forces to the columns of their nodes: padding for neighbours, one product for the rest."""
-    scattered = []
+    """Adds forces to the columns of their nodes, but for those behind the first `count`."""
     for nodes, force in (pair for group in extra for pair in group):
-        first, stop = nodes[0], nodes[0] + len(nodes)
-        if nodes == tuple(range(first, stop)):
-            if first < count:
-                keep = min(stop, count) - first
-                Q = Q + jnp.pad(force[:, :keep], ((0, 0), (first, count - first - keep)))
-        else:
-            scattered.append((nodes, force))
-    if scattered:
-        columns = np.concatenate([np.array(nodes) for nodes, _ in scattered])
-        incidence = (columns[:, None] == np.arange(count)[None]).astype(float)
-        Q = Q + jnp.concatenate([force for _, force in scattered], axis=1) @ incidence
+        inside = [i for i, node in enumerate(nodes) if node < count]
+        if inside:
+            own = force if len(inside) == len(nodes) else picked(force, inside)
+            Q = Q + placed_columns(own, [nodes[i] for i in inside], count)
     return Q
 
 

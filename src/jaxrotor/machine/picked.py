@@ -25,6 +25,27 @@ def picked(x: Array, index: Sequence[int] | np.ndarray) -> Array:
     return parts[0] if len(parts) == 1 else jnp.concatenate(parts, axis=-1)
 
 
+def placed_columns(x: Array, columns: Sequence[int] | np.ndarray, count: int) -> Array:
+    """So many columns of zeros, and each of `x` (..., k) added to its own: by slices. With a pattern it were
+    a product of two matrices, which is a library's and keeps the loop around it from being one kernel."""
+    first = int(columns[0]) if len(columns) else 0
+    if np.array_equal(columns, np.arange(first, first + len(columns))):
+        own = [(0, 0)] * (x.ndim - 1)
+        return jnp.pad(x, [*own, (first, count - first - len(columns))])
+    left, found = list(enumerate(columns)), None
+    filled = jnp.concatenate([x, jnp.zeros((*x.shape[:-1], 1), x.dtype)], axis=-1)
+    while left:  # once, but for columns that several are added to
+        index, again = np.full(count, x.shape[-1]), []
+        for own, column in left:
+            if index[column] == x.shape[-1]:
+                index[column] = own
+            else:
+                again.append((own, column))
+        layer, left = picked(filled, index), again
+        found = layer if found is None else found + layer
+    return jnp.zeros((*x.shape[:-1], count), x.dtype) if found is None else found
+
+
 def gathered(x: Any, places: np.ndarray) -> Any:
     """`x` at places (..., k), each k numbers from zero up, one for each of the first k axes; of NumPy or JAX.
     Outside of loops: one operation, where an index in brackets is a dozen, for each of its arrays is looked
