@@ -1,0 +1,2 @@
+from .harmonic_balance import harmonic_balance as harmonic_balance
+from .motion import PeriodicMotion as PeriodicMotion
