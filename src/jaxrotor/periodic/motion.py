@@ -1,5 +1,7 @@
 """A periodic motion of a machine that turns at constant speed."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -46,7 +48,7 @@ class PeriodicMotion(eqx.Module):
     @property
     def largest_multiplier(self) -> Float[Array, ""]:
         """|multiplier| of the least damped deviation: above 1 it grows."""
-        return jnp.abs(self.multipliers[0])
+        return jnp.max(jnp.abs(self.multipliers), axis=-1)
 
     @property
     def stable(self) -> Array:
@@ -55,20 +57,21 @@ class PeriodicMotion(eqx.Module):
     def harmonics(self, place: str) -> Complex[Array, " w"]:
         """(K + 1,), of a coordinate such as `"disc.x"`, m or rad. Raises `InputError` for a name that the machine does
         not have."""
-        return self.coefficients[(slice(None), *_place(place, self.stations))]
+        return self.coefficients[(slice(None), *place_of(place, self.stations))]
 
     @takes(angles=numbers("rad"))
     def at(self, place: str, angles: Float[Array, " a"]) -> Float[Array, " a"]:
         """A coordinate over the angle of the drive (rad), m or rad. Raises `InputError` as `harmonics` does, and for angles
         that are not finite."""
-        return _sum(self.harmonics(place), jnp.asarray(self.orders), jnp.asarray(angles, float))
+        angles = jnp.atleast_1d(jnp.asarray(angles, float))
+        return _sum(self.harmonics(place), np.asarray(self.orders), angles, jnp)
 
     def amplitude(self, place: str) -> Float[Array, ""]:
         """Half the distance between the extremes of a coordinate, m or rad. Raises `InputError` as `harmonics` does."""
         return amplitudes(self.harmonics(place)[None], self.orders, self.turns)[0]
 
 
-def _place(place: str, stations: tuple[str, ...]) -> tuple[int, int]:
+def place_of(place: str, stations: tuple[str, ...]) -> tuple[int, int]:
     station, _, coordinate = str(place).rpartition(".")
     if coordinate not in COORDINATES:
         raise InputError(
@@ -80,27 +83,29 @@ def _place(place: str, stations: tuple[str, ...]) -> tuple[int, int]:
     return stations.index(station), COORDINATES.index(coordinate)
 
 
-def _sum(coefficients: Array, orders: Array, angles: Array) -> Array:
-    return jnp.real(jnp.exp(1j * angles[..., None] * orders) @ coefficients)
+def _sum(coefficients: Any, orders: Any, angles: Any, xp: Any) -> Any:
+    """(a,) of coefficients (w,), or of a row each (a, w)."""
+    return xp.sum(coefficients * xp.exp(1j * angles[..., None] * orders), axis=-1).real
 
 
-def amplitudes(
-    coefficients: Complex[Array, "p w"], orders: tuple[float, ...], turns: int
-) -> Float[Array, " p"]:
-    """Half the distance between the extremes of each motion: the angle of an extreme is looked for, and the
-    value there has the derivatives (an extreme does not move with its angle)."""
-    count = _DENSE * len(orders) * turns + 64
-    angles = jnp.asarray(2 * np.pi * turns * np.arange(count) / count)
-    k = jnp.asarray(orders)
+def amplitudes(coefficients: Any, orders: tuple[float, ...], turns: int) -> Any:
+    """Of coefficients (p, w), of NumPy's or JAX's arrays: half the distance between the extremes of each
+    motion, (p,). The angle of an extreme is looked for, and the value there has the derivatives (an extreme does
+    not move with its angle)."""
+    alone = isinstance(coefficients, np.ndarray)
+    xp: Any = np if alone else jnp
+    still = coefficients if alone else jax.lax.stop_gradient(coefficients)
+    k, count = np.asarray(orders), _DENSE * len(orders) * turns + 64
+    angles = 2 * np.pi * turns * np.arange(count) / count
+    values = (still @ np.exp(1j * k[:, None] * angles)).real
 
-    def extreme(c, sign):
-        still = sign * jax.lax.stop_gradient(c)
-        angle = angles[jnp.argmax(_sum(still, k, angles))]
+    def extreme(sign: float) -> Any:
+        angle = xp.asarray(angles)[xp.argmax(sign * values, axis=1)]
         for _ in range(_REFINED):
-            slope = _sum(1j * k * still, k, angle)
-            curve = _sum(-(k**2) * still, k, angle)
-            move = jnp.where(curve < 0, -slope / jnp.where(curve < 0, curve, 1.0), 0.0)
-            angle = angle + jnp.clip(move, -angles[1], angles[1])
-        return sign * _sum(c, k, angle)
+            slope = sign * _sum(1j * k * still, k, angle, xp)
+            curve = sign * _sum(-(k**2) * still, k, angle, xp)
+            move = xp.where(curve < 0, -slope / xp.where(curve < 0, curve, 1.0), 0.0)
+            angle = angle + xp.clip(move, -angles[1], angles[1])
+        return _sum(coefficients, k, angle, xp)
 
-    return jax.vmap(lambda c: 0.5 * (extreme(c, 1.0) + extreme(c, -1.0)))(coefficients)
+    return 0.5 * (extreme(1.0) - extreme(-1.0))

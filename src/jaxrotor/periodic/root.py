@@ -84,7 +84,7 @@ def find(
 
 def _search(system: System, start: Array, plane: Array, waves: Waves, most) -> _Search:
     m = (start.size - 1) // waves.count
-    kinds = _kinds(system, m, waves)
+    kinds = kinds_of(system, m, waves)
 
     def sizes(x: Array) -> Array:
         """The largest of each kind, where it belongs."""
@@ -118,7 +118,7 @@ def _search(system: System, start: Array, plane: Array, waves: Waves, most) -> _
     )
 
 
-def _kinds(system: System, m: int, waves: Waves) -> np.ndarray:
+def kinds_of(system: System, m: int, waves: Waves) -> np.ndarray:
     """Of each unknown: 0 a distance, 1 an angle, 2 an internal state, 3 the speed."""
     layout, n = system.layout, n_free(system)
     turns = np.array(layout.free, int) // layout.n_mass >= 3
