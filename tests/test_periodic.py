@@ -50,6 +50,12 @@ class Rubbing:
 
         return brentq(discriminant, low, high, xtol=1e-12)
 
+    def onset(self, low, high):
+        def growth(w):
+            return abs(self.multipliers(w, self.radii(w)[0])).max() - 1
+
+        return brentq(growth, low, high, xtol=1e-12)
+
     def radii(self, w):
         a, b, c = self.quadratic(w)
         return (b + np.sqrt(b**2 - a * c) * np.array([1, -1])) / a
@@ -89,7 +95,7 @@ def smooth():
 
 @pytest.fixture(scope="module")
 def rough():
-    return continuation(rotor(friction=0.1), (250.0, 800.0))
+    return continuation(rotor(friction=0.02), (250.0, 800.0))
 
 
 def test_folds_of_a_rubbing_rotor_are_where_the_closed_form_has_them(smooth, rough):
@@ -100,7 +106,9 @@ def test_folds_of_a_rubbing_rotor_are_where_the_closed_form_has_them(smooth, rou
     touch = brentq(lambda w: linear_radius(w) - GAP, 318.0, 400.0, xtol=1e-12)
     assert corner.speed == pytest.approx(touch, rel=1e-6)
     folds = [p for p in rough.special if p.kind == "fold"]
-    assert folds[0].speed == pytest.approx(Rubbing(0.1).fold(380.0, 450.0), rel=1e-9)
+    assert folds[0].speed == pytest.approx(Rubbing(0.02).fold(560.0, 650.0), rel=1e-9)
+    onset, *_ = [p for p in rough.special if p.kind == "Neimark-Sacker"]
+    assert onset.speed == pytest.approx(Rubbing(0.02).onset(480.0, 560.0), rel=1e-7)
     assert rough.speeds[-1] == smooth.speeds[-1] == 800.0
 
 
@@ -108,7 +116,7 @@ def linear_radius(w):
     return MASS * ECCENTRICITY * w**2 / abs(STIFFNESS - MASS * w**2 + 1j * DAMPING * w)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.1])
+@pytest.mark.parametrize("friction", [0.0, 0.02])
 def test_all_points_and_multipliers_meet_the_closed_form(friction, smooth, rough):
     branch, closed = (rough if friction else smooth), Rubbing(friction)
     touching = 0
@@ -120,5 +128,89 @@ def test_all_points_and_multipliers_meet_the_closed_form(friction, smooth, rough
         near = min(closed.radii(w), key=lambda own: abs(own - r))
         assert r == pytest.approx(near, rel=1e-7)
         found = by_size(branch.multipliers[i])
-        np.testing.assert_allclose(found, by_size(closed.multipliers(w, near)), rtol=1e-8)
+        np.testing.assert_allclose(found, by_size(closed.multipliers(w, near)), rtol=1e-6)
     assert touching > 10
+
+
+class Oscillator(jr.AbstractAttachment):
+    """x'' = force cos(phi) + bias - damping x' - (stiffness + ripple cos(2 phi)) x - cubic x^3 of a mass of 1 kg."""
+
+    force: jax.Array = jr.parameter("N", default=0.0)
+    bias: jax.Array = jr.parameter("N", default=0.0)
+    damping: jax.Array = jr.parameter("N*s/m", default=0.0)
+    stiffness: jax.Array = jr.parameter("N/m", default=0.0)
+    ripple: jax.Array = jr.parameter("N/m", default=0.0)
+    cubic: jax.Array = jr.parameter("N/m^3", default=0.0)
+
+    def forces(self, t, motions, state):
+        ((q, v),) = motions
+        x, phi = q[0], q[5]
+        own = (self.stiffness + self.ripple * jnp.cos(2 * phi)) * x + self.cubic * x**3
+        total = self.force * jnp.cos(phi) + self.bias - self.damping * v[0] - own
+        return (total * jnp.array([1.0, 0, 0, 0, 0, 0]),)
+
+    def shot(self, motion):
+        """Over its period by another method (DOP853, 1e-12): what does not come back, and the multipliers."""
+        w = float(motion.speed)
+        names = ("force", "bias", "damping", "stiffness", "ripple", "cubic")
+        force, bias, damping, stiffness, ripple, cubic = (float(getattr(self, n)) for n in names)
+
+        def rates(t, y):
+            k = stiffness + ripple * np.cos(2 * w * t)
+            x, v, slopes = y[0], y[1], y[2:].reshape(2, 2)
+            a = force * np.cos(w * t) + bias - damping * v - k * x - cubic * x**3
+            J = np.array([[0, 1], [-k - 3 * cubic * x**2, -damping]])
+            return np.concatenate([[v, a], (J @ slopes).ravel()])
+
+        start = [float(motion.state.position[0, 0]), float(motion.state.velocity[0, 0])]
+        end = solve_ivp(
+            rates, (0, 2 * np.pi * motion.turns / w), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-12, atol=1e-13
+        ).y[:, -1]
+        return np.abs(end[:2] - start).max(), np.linalg.eigvals(end[2:].reshape(2, 2))
+
+
+# What all oscillators take, to share programs.
+FINE = {"harmonics": 15, "samples": 256}
+
+
+def oscillator(**values):
+    return jr.Machine.in_line(
+        {"disc": jr.Rotor(1.0, 1.0, 1.0)},
+        attachments={"law": (Oscillator(**values), "disc")},
+        fixed={"disc": ("y", "z", "psi", "theta")},
+        prescribed={"disc": {"phi": jr.ConstantSpeed(1.0)}},
+    )
+
+
+@pytest.mark.parametrize(
+    "value", [-5.80004602, 7.44910974, 1.85818754, 25.54997175, -5.79008060, 2.09946045]
+)
+def test_floquet_meets_the_characteristic_values_of_mathieu(value):
+    """Abramowitz & Stegun, Table 20.1, a_r and b_r for q = 5: there a solution of x'' + (a - 2 q cos 2t) x = 0 is
+    periodic, so that the sum of both multipliers over a turn is 2."""
+    motion = harmonic_balance(oscillator(stiffness=value, ripple=-10.0), 1.0, **FINE)
+    change = harmonic_balance(oscillator(stiffness=value + 1e-4, ripple=-10.0), 1.0, **FINE)
+    total, after = (np.sum(np.asarray(m.multipliers)).real for m in (motion, change))
+    # within what the eight printed digits leave open
+    assert abs(total - 2) < 1e-8 * abs(after - total) / 1e-4 + 1e-7
+
+
+@pytest.fixture(scope="module")
+def duffing():
+    machine = oscillator(force=0.18, damping=0.05, stiffness=1.0, cubic=0.1)
+    return machine, continuation(machine, (0.6, 1.6), step=0.05, **FINE)
+
+
+def test_duffing_is_what_shooting_finds_at_folds_and_between(duffing):
+    machine, branch = duffing
+    law = machine["law"]
+    assert [p.kind for p in branch.special] == ["fold", "fold"]
+    for point in branch.special:
+        gap, multipliers = law.shot(point.motion)
+        assert gap < 1e-7
+        assert np.abs(multipliers - 1).min() < 1e-4
+    middle = [i for i in range(len(branch)) if not branch.stable[i]][::10]
+    for i in (0, *middle, -1):
+        gap, multipliers = law.shot(branch.motion(i))
+        assert gap < 1e-7
+        np.testing.assert_allclose(by_size(multipliers), by_size(branch.multipliers[i]), atol=1e-7)

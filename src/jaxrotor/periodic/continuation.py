@@ -20,8 +20,7 @@ from ..machine.system import System
 from ..simulation.assembling import systems_of
 from .branch import Branch, SpecialPoint
 from .harmonic_balance import (
-    MANY,
-    at_speed,
+    first_found,
     first_guess,
     found_near,
     motion_of,
@@ -88,7 +87,7 @@ def continuation(
     actual, nominal = systems_of(machine)
     refuse_other_periods(actual, first, waves)
     begin = first_guess(actual, nominal, jnp.asarray(first), waves, start)
-    found = found_near(actual, begin, at_speed(begin.size), waves, MANY)
+    found = first_found(actual, begin, waves)
     refuse_lost(found, first)
     stations = machine.wiring.stations
 
@@ -138,7 +137,7 @@ class _Way:
         """The point of the branch in the plane across its tangent at this distance."""
         plane = self.weights * point.tangent
         found = found_near(
-            self.system, point.x + arc * point.tangent, plane, self.waves, jnp.array(_STEPS)
+            self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS
         )
         return self.point(found) if bool(found.settled) else None
 
@@ -146,7 +145,7 @@ class _Way:
         """The next point where the branch has a corner just ahead (all of an orbit meets or leaves a sharp
         contact at once): along the tangent that it would have beyond, in the sense in which it does so."""
         beyond = here.x + _PAST * arc * here.tangent
-        found = found_near(self.system, beyond, self.weights * here.tangent, self.waves, jnp.array(1))
+        found = found_near(self.system, beyond, self.weights * here.tangent, self.waves, 1)
         tangent = self.unit(np.asarray(found.tangent))
         if not np.all(np.isfinite(tangent)):
             return None
@@ -164,7 +163,7 @@ class _Way:
     def at(self, speed: float, guess: np.ndarray) -> Point | None:
         guess = np.append(guess[:-1], speed)
         plane = np.append(np.zeros(guess.size - 1), 1.0)
-        found = found_near(self.system, guess, plane, self.waves, jnp.array(_STEPS))
+        found = found_near(self.system, guess, plane, self.waves, _STEPS)
         return self.point(found) if bool(found.settled) else None
 
     def beyond(self, x: np.ndarray) -> float | None:

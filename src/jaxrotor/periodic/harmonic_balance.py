@@ -79,7 +79,7 @@ def motion_at(
     """By programs that a branch uses too."""
     actual, nominal = systems_of(machine)
     begin = first_guess(actual, nominal, speed, waves, start)
-    found = found_near(actual, begin, at_speed(begin.size), waves, MANY)
+    found = first_found(actual, begin, waves)
     return motion_of(actual, found.x, waves, machine.wiring.stations), found
 
 
@@ -132,9 +132,26 @@ def _resting(nominal: System, speed: Array, waves: Waves) -> Array:
     return jnp.append(rows.ravel(), speed)
 
 
+def first_found(system: System, begin: Array, waves: Waves) -> Found:
+    """From a rough start at its speed; once more, held at first, where that leads nowhere."""
+    plane = at_speed(begin.size)
+    found = found_near(system, begin, plane, waves, MANY, 0.0)
+    if not traced(found):
+        return found if bool(found.settled) else found_near(system, begin, plane, waves, MANY, 1.0)
+    again = found_near(system, begin, plane, waves, MANY * ~found.settled, 1.0)
+    return jax.tree.map(lambda a, b: jnp.where(found.settled, a, b), found, again)
+
+
 @lightly_compiled
-def found_near(system: System, start: Array, plane: Array, waves: Waves, most: Any) -> Found:
-    return find(system, start, plane, waves, most)
+def _near(system: System, start, plane, waves: Waves, most: Array, ease: Array) -> Found:
+    return find(system, start, plane, waves, most, ease)
+
+
+def found_near(
+    system: System, start: Any, plane: Any, waves: Waves, most: Any, ease: float = 0.0
+) -> Found:
+    """`find`, compiled once for all starts."""
+    return _near(system, start, plane, waves, jnp.asarray(most), jnp.asarray(ease))
 
 
 @lightly_compiled

@@ -32,7 +32,8 @@ class Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """`share` of `step` from `x` is tried next; `length` of that step."""
+    """A share of `step` from `x` is tried next, halved `tries` times; `length` of that step. `first`: what was
+    left of the balance at the start."""
 
     x: Array
     step: Array
@@ -41,6 +42,7 @@ class _Search(NamedTuple):
     tries: Array
     steps: Array
     settled: Array
+    first: Array
 
 
 def find(
@@ -49,12 +51,14 @@ def find(
     plane: Float[Array, " s1"],
     waves: Waves,
     most: Int[Array, ""] | int,
+    ease: Float[Array, ""] | float = 0.0,
 ) -> Found:
     """The periodic motion near `start` (coefficients, row after row, and the speed behind) in the plane
-    through it whose normal is `plane`, by at most so many steps. Exact derivatives by the system and by
+    through it whose normal is `plane`, by at most so many steps. With `ease` the mean moves as if springs held it
+    that get weaker as the balance is met, for starts where nothing holds it (in a clearance). Exact derivatives by the system and by
     `start` in both modes, to any order (the implicit function theorem)."""
     still = jax.lax.stop_gradient((system, start, plane))
-    last = _search(*still, waves, most)
+    last = _search(*still, waves, most, ease)
     dynamic, static = eqx.partition(system, eqx.is_array)
     m = (start.size - 1) // waves.count
 
@@ -82,7 +86,7 @@ def find(
     return Found(x, last.tangent, last.settled, last.steps)
 
 
-def _search(system: System, start: Array, plane: Array, waves: Waves, most) -> _Search:
+def _search(system: System, start: Array, plane: Array, waves: Waves, most, ease) -> _Search:
     m = (start.size - 1) // waves.count
     kinds = kinds_of(system, m, waves)
 
@@ -96,12 +100,17 @@ def _search(system: System, start: Array, plane: Array, waves: Waves, most) -> _
         right = jnp.stack(
             [jnp.append(-at.left, plane @ (start - x)), jnp.zeros(x.size).at[-1].set(1.0)], axis=1
         )
-        step, tangent = _solve(at.slope, at.by_speed, plane, right).T
+        size = jnp.max(jnp.abs(at.left))
+        first = jnp.where(now.steps == 0, size, now.first)
+        held = ease * x[-1] ** 2 * size / jnp.where(first > 0, first, 1.0)
+        mean = np.arange(m) < n_free(system)
+        slope = at.slope.at[np.arange(m), np.arange(m)].add(held * mean)
+        step, tangent = _solve(slope, at.by_speed, plane, right).T
         before = jnp.where(now.steps == 0, step, now.step)
         length = jnp.max(jnp.abs(step) / (jnp.maximum(sizes(now.x), sizes(before)) + _NOTHING))
         settled = jnp.all(jnp.abs(step) <= _SETTLED * sizes(x) + _NOTHING)
         none = jnp.zeros((), int)
-        further = _Search(x, step, tangent, length, none, now.steps + 1, settled)
+        further = _Search(x, step, tangent, length, none, now.steps + 1, settled, first)
         # where no part of the step stays among the numbers, this is as far as it gets
         back = now._replace(tries=now.tries + 1, steps=now.steps + (now.tries >= _LAST) * most)
         good = jnp.isfinite(length) & ((length <= now.length) | (now.tries >= _HALVINGS))
@@ -113,9 +122,8 @@ def _search(system: System, start: Array, plane: Array, waves: Waves, most) -> _
     none = jnp.zeros((), int)
     length = jnp.array(jnp.inf)
     still = jnp.zeros_like(start)
-    return jax.lax.while_loop(
-        going, once, _Search(start, still, still, length, none, none, jnp.array(False))
-    )
+    began = _Search(start, still, still, length, none, none, jnp.array(False), length)
+    return jax.lax.while_loop(going, once, began)
 
 
 def kinds_of(system: System, m: int, waves: Waves) -> np.ndarray:
