@@ -193,6 +193,8 @@ PARTS: dict[str, tuple] = {
 }
 
 
+POINT = jr.periodic.SpecialPoint("fold", 100.0, 0, None)
+
 # Functions: how a right call looks, and of which kind each argument is.
 
 T = np.arange(64) / 64.0
@@ -319,6 +321,18 @@ def functions(machine, model, response, found, record):
                            "atol": "positive", "adjoint": "object", "progress": "flag"}),
         "plan": (two, {**run, "tolerance": "positive", "order": "count"}),
         "energy_audit": (two, {**run, "step": "step", "rtol": "positive"}),
+        "harmonic_balance": (
+            dict(machine=machine, speed=100.0),
+            dict(machine="machine", speed="positive", harmonics="count", turns="count", samples="count"),
+        ),
+        "continuation": (
+            dict(machine=machine, speeds=(100.0, 200.0)),
+            dict(machine="machine", speeds="numbers", harmonics="count", turns="count", samples="count",
+                 step="step", points="count"),
+        ),
+        "switch_branch": (
+            dict(machine=machine, point=POINT), dict(machine="machine", point="object", size="positive", samples="count")
+        ),
         "static_equilibrium": (dict(machine=machine), dict(machine="machine")),
         "total_mass": (dict(machine=machine), dict(machine="machine")),
         "polar_inertia": (dict(machine=machine), dict(machine="machine")),

@@ -5,10 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
 
 import jaxrotor as jr
-from jaxrotor.periodic import continuation, harmonic_balance
+from jaxrotor.core.quick import quickly_compiled
+from jaxrotor.machine.field import evaluate
+from jaxrotor.machine.system import assemble
+from jaxrotor.periodic import continuation, harmonic_balance, switch_branch
 
 MASS, ECCENTRICITY, STIFFNESS, DAMPING = 2.0, 1e-4, 2e5, 20.0
 GAP, CONTACT = 1.5e-3, 1e6
@@ -164,7 +167,12 @@ class Oscillator(jr.AbstractAttachment):
 
         start = [float(motion.state.position[0, 0]), float(motion.state.velocity[0, 0])]
         end = solve_ivp(
-            rates, (0, 2 * np.pi * motion.turns / w), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-12, atol=1e-13
+            rates,
+            (0, 2 * np.pi * motion.turns / w),
+            [*start, 1, 0, 0, 1],
+            "DOP853",
+            rtol=1e-12,
+            atol=1e-13,
         ).y[:, -1]
         return np.abs(end[:2] - start).max(), np.linalg.eigvals(end[2:].reshape(2, 2))
 
@@ -214,3 +222,136 @@ def test_duffing_is_what_shooting_finds_at_folds_and_between(duffing):
         gap, multipliers = law.shot(branch.motion(i))
         assert gap < 1e-7
         np.testing.assert_allclose(by_size(multipliers), by_size(branch.multipliers[i]), atol=1e-7)
+
+
+def test_period_doubling_and_the_branch_that_begins_there():
+    machine = oscillator(force=1.0, bias=0.5, damping=0.1, cubic=1.0)
+    law = machine["law"]
+    branch = continuation(machine, (3.2, 2.8), step=0.1, **FINE)
+    doubling, *_ = branch.special
+    assert doubling.kind == "period doubling"
+    gap, multipliers = law.shot(doubling.motion)
+    assert gap < 1e-9
+    assert np.abs(multipliers + 1).min() < 1e-6
+    motion = switch_branch(machine, doubling, samples=256)
+    gap, multipliers = law.shot(motion)
+    half = abs(motion.harmonics("disc.x")[motion.orders.index(0.5)])
+    assert motion.turns == 2 and gap < 1e-9 and half > 1e-3
+    np.testing.assert_allclose(by_size(multipliers), by_size(motion.multipliers), atol=1e-7)
+    # beyond the doubling the single one has lost its stability to this one
+    assert motion.stable and motion.speed < doubling.speed
+    assert not branch.stable[doubling.after + 1] and branch.stable[doubling.after]
+
+
+def test_a_journal_starts_to_whirl_where_its_eigenvalues_say():
+    """With next to no unbalance the pair of multipliers leaves the unit circle at the threshold of the linear
+    model."""
+    film = jr.JournalBearing(diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1)
+    machine = jr.Machine.in_line(
+        {"journal": jr.Rotor(525 / 9.81, 0.1, 0.05, unbalance=jr.Unbalance(1e-9))},
+        attachments={"film": (film, "journal")},
+        gravity=(0.0, -9.81, 0.0),
+        fixed={"journal": ("z", "psi", "theta")},
+        prescribed={"journal": {"phi": jr.ConstantSpeed(600.0)}},
+    )
+    branch = continuation(machine, (700.0, 900.0), harmonics=2, step=0.1)
+    (onset,) = branch.special
+    threshold = brentq(lambda w: float(jr.linearize(machine, w).growth), 850.0, 880.0, xtol=1e-9)
+    assert onset.kind == "Neimark-Sacker"
+    assert onset.speed == pytest.approx(threshold, rel=1e-6)
+    # it whirls at about half the speed
+    assert abs(np.angle(onset.motion.multipliers[0])) == pytest.approx(np.pi, rel=0.1)
+
+
+PARTLY = {"stiffness": (STIFFNESS, 1.6 * STIFFNESS), "friction": 0.05}
+
+
+def test_derivatives_of_a_partial_rub_forward_reverse_and_by_differences():
+    machine, at = rotor(**PARTLY), jnp.array([CONTACT, 1.0, 312.0])
+
+    def seen(p):
+        changed = machine.set(
+            {"rub.stiffness": p[0], "disc.unbalance.eccentricity": ECCENTRICITY * p[1]}
+        )
+        motion = harmonic_balance(changed, p[2])
+        wave = motion.harmonics("disc.y")[3]
+        return jnp.stack([motion.amplitude("disc.x"), wave.imag, motion.largest_multiplier])
+
+    forward = quickly_compiled(jax.jacfwd(seen))(at)
+    reverse = quickly_compiled(jax.jacrev(lambda p: seen(p)[:2]))(at)
+    steps = np.diag([100.0, 1e-5, 1e-4])
+    differences = np.stack([(seen(at + s) - seen(at - s)) / (2 * s.max()) for s in steps], axis=1)
+    np.testing.assert_allclose(reverse, forward[:2], rtol=1e-9)
+    np.testing.assert_allclose(forward, differences, rtol=1e-5)
+
+
+def test_power_of_the_drive_is_what_is_lost_over_a_turn():
+    machine, w = rotor(**PARTLY), 312.0
+    motion = harmonic_balance(machine, w)
+    system = assemble(machine)
+    count = 64
+    angles = 2 * np.pi * np.arange(count) / count
+    place, rate = np.zeros((2, 6, count))
+    orders = np.asarray(motion.orders)
+    for i, name in enumerate("xy"):
+        c = np.asarray(motion.harmonics(f"disc.{name}"))
+        waves = np.exp(1j * orders[:, None] * angles)
+        place[i], rate[i] = (c @ waves).real, ((1j * w * orders * c) @ waves).real
+    place[5], rate[5] = angles, w
+
+    @jax.jit
+    def powers(angle, q, v):
+        ev = evaluate(
+            0.0, jnp.concatenate([q[:2], v[:2]]), system, (angle, jnp.array(w), 0.0 * angle)
+        )
+        return ev.reaction[5, 0] * w, sum(
+            machine[name].power_lost(0.0, ((q, v),), None) for name in ("spring", "rub")
+        )
+
+    drive, lost = jax.vmap(powers)(angles, place.T, rate.T)
+    touching = np.hypot(*place[:2]) > GAP
+    assert 0.1 < np.mean(touching) < 0.9
+    assert float(np.mean(drive)) == pytest.approx(float(np.mean(lost)), rel=1e-6)
+
+
+def driven(extra, **kwargs):
+    return jr.Machine.in_line(
+        {"disc": jr.Rotor(MASS, 0.01, 0.006)},
+        attachments={"spring": (jr.LinearSupport([1e5] * 6), "disc"), "extra": (extra, "disc")},
+        fixed={"disc": ("z", "psi", "theta")},
+        **kwargs,
+    )
+
+
+SPIN = {"prescribed": {"disc": {"phi": jr.ConstantSpeed(330.0)}}}
+
+
+def test_machines_whose_motion_does_not_repeat_are_refused_in_words():
+    pull = jr.Force(jr.Harmonic(0.0, [1.0], [10.0]), direction=(1.0, 0.0, 0.0))
+    with pytest.raises(jr.InputError, match="clock"):
+        harmonic_balance(driven(pull, **SPIN), 330.0)
+    rub = jr.Rub(gap=1e-3, stiffness=1e6, radius=0.05)
+    with pytest.raises(jr.InputError, match="holds its speed"):
+        harmonic_balance(driven(rub), 330.0)
+    balls = jr.RollingBearing(1e9, 0.008, 0.04, balls=9)
+    with pytest.raises(jr.InputError, match="do not repeat after a turn"):
+        harmonic_balance(driven(balls, **SPIN), 330.0)
+
+
+def test_branches_refuse_what_they_cannot_follow(smooth):
+    machine = rotor()
+    with pytest.raises(jr.InputError, match="apart"):
+        continuation(machine, (300.0, 300.0))
+    with pytest.raises(jr.InputError, match="29 at least"):
+        continuation(machine, (300.0, 400.0), samples=16)
+    with pytest.raises(jr.InputError, match="fold"):
+        switch_branch(machine, smooth.special[0])
+    with pytest.raises(jr.InputError, match="no derivative"):
+        jax.grad(
+            lambda k: continuation(machine.set({"rub.stiffness": k}), (300.0, 400.0)).speeds[0]
+        )(1e6)
+    with pytest.raises(jr.InputError, match="station"):
+        smooth.amplitude("disk.x")
+    with pytest.raises(jr.InputError, match="from -"):
+        smooth.motion(len(smooth))
+    assert "2 of SpecialPoint" in repr(smooth) and float(smooth.motion(-1).speed) == 800.0

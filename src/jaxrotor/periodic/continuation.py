@@ -43,7 +43,12 @@ _STEPS, _FEW = 10, 4
 
 
 @takes(
-    speeds=None, harmonics=whole(1), turns=whole(1), samples=whole(8), step=number(above=0.0), points=whole(2)
+    speeds=None,
+    harmonics=whole(1, 1000),
+    turns=whole(1, 1000),
+    samples=whole(8, 100_000),
+    step=number(above=0.0),
+    points=whole(2, 1_000_000),
 )
 def continuation(
     machine: Machine,
@@ -136,9 +141,7 @@ class _Way:
     def onward(self, point: Point, arc: float) -> Point | None:
         """The point of the branch in the plane across its tangent at this distance."""
         plane = self.weights * point.tangent
-        found = found_near(
-            self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS
-        )
+        found = found_near(self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS)
         return self.point(found) if bool(found.settled) else None
 
     def round_corner(self, here: Point, arc: float) -> Point | None:
@@ -180,7 +183,9 @@ def _followed(
     if here is None:
         raise ConvergenceError(f"the branch was lost at its start, {way.first:.6g} rad/s")
     # towards the other end
-    here = here._replace(tangent=here.tangent * np.sign(way.last - way.first) * np.sign(here.tangent[-1]))
+    here = here._replace(
+        tangent=here.tangent * np.sign(way.last - way.first) * np.sign(here.tangent[-1])
+    )
     path, motions, special = [here], [told(here.x)], []
     arc, shortest = 0.1 * way.longest, _SHORTEST * way.longest
     while len(path) < most:
@@ -197,7 +202,9 @@ def _followed(
             share = (end - here.x[-1]) / (there.x[-1] - here.x[-1])
             last = way.at(end, here.x + share * (there.x - here.x))
             if last is not None:
-                there = last._replace(tangent=last.tangent * np.sign(last.tangent @ (way.weights * here.tangent)))
+                there = last._replace(
+                    tangent=last.tangent * np.sign(last.tangent @ (way.weights * here.tangent))
+                )
         motion = told(there.x)
         special += special_between(way, (here, there), (motions[-1], motion), told, len(path) - 1)
         path.append(there)
@@ -215,9 +222,7 @@ def _followed(
     return Branch(np.array([p.x[-1] for p in path]), every, tuple(special))
 
 
-def _next(
-    way: _Way, here: Point, arc: float, shortest: float
-) -> tuple[Point | None, float, float]:
+def _next(way: _Way, here: Point, arc: float, shortest: float) -> tuple[Point | None, float, float]:
     """The next point, the arc to it, and the arc that is tried from there."""
     while True:
         there = way.onward(here, arc)

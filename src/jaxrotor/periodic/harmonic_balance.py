@@ -12,7 +12,7 @@ from ..core.arguments import number, whole
 from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import known, require_x64
-from ..core.quick import lightly_compiled, quickly_compiled, traced
+from ..core.quick import quickly_compiled, traced
 from ..linear.condensing import condensed_below
 from ..machine.field import initial_states, n_free
 from ..machine.machine import Machine
@@ -25,13 +25,18 @@ from .repeats import refuse_not_driven, refuse_other_periods
 from .root import Found, find
 from .waves import Waves
 
-# Steps of Newton's method from a rough start.
-MANY = 60
+# Steps of Newton's method from a rough start, and once more from one that is held.
+_MANY = 40
 # Samples for each order: a cubic law's products are resolved exactly by four, faces of contacts need more.
 _SAMPLES = 8
 
 
-@takes(speed=number("rad/s", above=0.0), harmonics=whole(1), turns=whole(1), samples=whole(8))
+@takes(
+    speed=number("rad/s", above=0.0),
+    harmonics=whole(1, 1000),
+    turns=whole(1, 1000),
+    samples=whole(8, 100_000),
+)
 def harmonic_balance(
     machine: Machine,
     speed: Float[Array, ""] | float,
@@ -127,33 +132,28 @@ def _resting(nominal: System, speed: Array, waves: Waves) -> Array:
     """The balanced machine staying where it does at this speed."""
     zero, n = jnp.zeros(()), n_free(nominal)
     y, _ = running(nominal, (zero, speed, zero))
-    y = jnp.where(jnp.all(jnp.isfinite(y)), y, jnp.append(jnp.zeros(2 * n), initial_states(nominal)))
+    y = jnp.where(
+        jnp.all(jnp.isfinite(y)), y, jnp.append(jnp.zeros(2 * n), initial_states(nominal))
+    )
     rows = jnp.zeros((waves.count, y.size - n)).at[0].set(jnp.append(y[:n], y[2 * n :]))
     return jnp.append(rows.ravel(), speed)
 
 
 def first_found(system: System, begin: Array, waves: Waves) -> Found:
-    """From a rough start at its speed; once more, held at first, where that leads nowhere."""
-    plane = at_speed(begin.size)
-    found = found_near(system, begin, plane, waves, MANY, 0.0)
-    if not traced(found):
-        return found if bool(found.settled) else found_near(system, begin, plane, waves, MANY, 1.0)
-    again = found_near(system, begin, plane, waves, MANY * ~found.settled, 1.0)
-    return jax.tree.map(lambda a, b: jnp.where(found.settled, a, b), found, again)
+    """From a rough start at its speed."""
+    return _near(system, begin, at_speed(begin.size), waves, jnp.array(2 * _MANY), jnp.array(_MANY))
 
 
-@lightly_compiled
-def _near(system: System, start, plane, waves: Waves, most: Array, ease: Array) -> Found:
-    return find(system, start, plane, waves, most, ease)
+def found_near(system: System, start: Any, plane: Any, waves: Waves, most: int) -> Found:
+    """From a near one."""
+    return _near(system, start, plane, waves, jnp.array(most), jnp.array(most))
 
 
-def found_near(
-    system: System, start: Any, plane: Any, waves: Waves, most: Any, ease: float = 0.0
-) -> Found:
-    """`find`, compiled once for all starts."""
-    return _near(system, start, plane, waves, jnp.asarray(most), jnp.asarray(ease))
+@quickly_compiled
+def _near(system: System, start, plane, waves: Waves, most: Array, again: Array) -> Found:
+    return find(system, start, plane, waves, most, again)
 
 
-@lightly_compiled
+@quickly_compiled
 def motion_of(system: System, x: Array, waves: Waves, stations: tuple[str, ...]) -> PeriodicMotion:
     return described(system, x, waves, stations)

@@ -6,17 +6,17 @@ import numpy as np
 from jaxtyping import Array
 
 from ..core.errors import InputError
-from ..core.protocol import Sampled
+from ..core.protocol import Sampled, Timed
 from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, relative_field
 from ..machine.machine import Machine
-from ..machine.system import System, jump_times
+from ..machine.system import System
 from .waves import Waves
 
 # A force that differs by more than this part of itself after a period does not repeat.
 _SAME = 1e-8
 # Sizes of the deviations at which that is looked at, m and rad.
-_SIZES = (0.0, 1e-6, 1e-4)
+_SIZES = (0.0, 1e-8, 1e-6, 1e-4)
 # Times at which they are compared with those at 0, s.
 _TIMES = np.geomspace(1e-4, 1e4, 64)
 
@@ -74,9 +74,11 @@ def _missed(system: System, speed: Array, waves: Waves) -> tuple[Array, Array]:
     still = jnp.zeros(count)
     given = jnp.stack([still, still, times]), jnp.stack([angles, ahead, angles])
     now, after, later = jax.lax.map(lambda both: jax.vmap(rates)(*both, y), given)
-    size = jnp.max(jnp.abs(now), axis=0) + 1e-30
-    clock, missed = (jnp.max(jnp.abs(x - now) / size) for x in (later, after))
-    jumps = jump_times(system)
-    if jumps.size:
-        clock = jnp.where(jnp.any((jumps > 0) & jnp.isfinite(jumps)), jnp.inf, clock)
+    size = jnp.nanmax(jnp.abs(now), axis=0) + 1e-30
+    clock, missed = (jnp.nanmax(jnp.abs(x - now) / size) for x in (later, after))
+    # not those of the drive, in whose place the speed stands
+    for actor in system.actors:
+        if isinstance(actor.element, Timed):
+            jumps = actor.call("times")
+            clock = jnp.where(jnp.any((jumps > 0) & jnp.isfinite(jumps)), jnp.inf, clock)
     return clock, missed

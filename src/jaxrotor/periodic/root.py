@@ -51,14 +51,14 @@ def find(
     plane: Float[Array, " s1"],
     waves: Waves,
     most: Int[Array, ""] | int,
-    ease: Float[Array, ""] | float = 0.0,
+    again: Int[Array, ""] | int,
 ) -> Found:
     """The periodic motion near `start` (coefficients, row after row, and the speed behind) in the plane
-    through it whose normal is `plane`, by at most so many steps. With `ease` the mean moves as if springs held it
-    that get weaker as the balance is met, for starts where nothing holds it (in a clearance). Exact derivatives by the system and by
+    through it whose normal is `plane`, by at most so many steps. After `again` of them it begins anew, the mean held by
+    springs that get weaker as the balance is met, for starts where nothing holds it (in a clearance). Exact derivatives by the system and by
     `start` in both modes, to any order (the implicit function theorem)."""
     still = jax.lax.stop_gradient((system, start, plane))
-    last = _search(*still, waves, most, ease)
+    last = _search(*still, waves, most, again)
     dynamic, static = eqx.partition(system, eqx.is_array)
     m = (start.size - 1) // waves.count
 
@@ -86,7 +86,7 @@ def find(
     return Found(x, last.tangent, last.settled, last.steps)
 
 
-def _search(system: System, start: Array, plane: Array, waves: Waves, most, ease) -> _Search:
+def _search(system: System, start: Array, plane: Array, waves: Waves, most, again) -> _Search:
     m = (start.size - 1) // waves.count
     kinds = kinds_of(system, m, waves)
 
@@ -95,29 +95,36 @@ def _search(system: System, start: Array, plane: Array, waves: Waves, most, ease
         return jax.ops.segment_max(jnp.abs(x), kinds, num_segments=4)[kinds]
 
     def once(now: _Search) -> _Search:
-        x = now.x + 0.5**now.tries * now.step
+        anew = (now.steps == again) & (now.tries == 0)
+        begins = anew | (now.steps == 0)
+        x = jnp.where(anew, start, now.x + 0.5**now.tries * now.step)
         at = balance(system, x[:-1].reshape(-1, m), x[-1], waves)
         right = jnp.stack(
             [jnp.append(-at.left, plane @ (start - x)), jnp.zeros(x.size).at[-1].set(1.0)], axis=1
         )
         size = jnp.max(jnp.abs(at.left))
-        first = jnp.where(now.steps == 0, size, now.first)
-        held = ease * x[-1] ** 2 * size / jnp.where(first > 0, first, 1.0)
+        first = jnp.where(begins, size, now.first)
+        held = (now.steps >= again) * x[-1] ** 2 * size / jnp.where(first > 0, first, 1.0)
         mean = np.arange(m) < n_free(system)
         slope = at.slope.at[np.arange(m), np.arange(m)].add(held * mean)
         step, tangent = _solve(slope, at.by_speed, plane, right).T
-        before = jnp.where(now.steps == 0, step, now.step)
+        before = jnp.where(begins, step, now.step)
         length = jnp.max(jnp.abs(step) / (jnp.maximum(sizes(now.x), sizes(before)) + _NOTHING))
         settled = jnp.all(jnp.abs(step) <= _SETTLED * sizes(x) + _NOTHING)
         none = jnp.zeros((), int)
         further = _Search(x, step, tangent, length, none, now.steps + 1, settled, first)
         # where no part of the step stays among the numbers, this is as far as it gets
-        back = now._replace(tries=now.tries + 1, steps=now.steps + (now.tries >= _LAST) * most)
-        good = jnp.isfinite(length) & ((length <= now.length) | (now.tries >= _HALVINGS))
+        stuck = now.tries >= _LAST
+        skipped = jnp.where(now.steps < again, jnp.minimum(again, most), most)
+        back = now._replace(
+            tries=jnp.where(stuck, 0, now.tries + 1), steps=jnp.where(stuck, skipped, now.steps)
+        )
+        shorter = begins | (length <= now.length)
+        good = jnp.isfinite(length) & (shorter | (now.tries >= _HALVINGS))
         return jax.tree.map(lambda a, b: jnp.where(good, a, b), further, back)
 
     def going(now: _Search):
-        return ~now.settled & (now.steps < most) & ((now.steps > 0) | (now.tries <= _LAST))
+        return ~now.settled & (now.steps < most)
 
     none = jnp.zeros((), int)
     length = jnp.array(jnp.inf)

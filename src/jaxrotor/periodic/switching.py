@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..core.arguments import number
+from ..core.arguments import number, whole
 from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.quick import quickly_compiled, traced
@@ -23,7 +23,7 @@ from .waves import Waves
 _STEPS = 20
 
 
-@takes(size=number(above=0.0))
+@takes(size=number(above=0.0), samples=whole(8, 100_000))
 def switch_branch(
     machine: Machine,
     point: SpecialPoint,
