@@ -1,9 +1,9 @@
 """A rotor that rubs in its ring jumps at one speed on the way up and at another on the way down.
 
-Between the two the same speed has three steady motions. Run up and down slowly a machine shows two of them; the
-branch of periodic motions, followed by its arc length through both folds, has all three with their stability, and
-is found in a fraction of the time. Printed: the speeds of the folds beside those at which the runs jump, and the time
-that either took.
+Between the two the same speed has three steady motions. Run up and down slowly a machine shows two of them;
+the branch of periodic motions, followed by its arc length through both folds, has all three with their
+stability, and is found in a fraction of the time. Printed: the speeds of the folds beside those at which
+the runs jump, and the time that either took.
 
     python experiments/rub_hysteresis.py [--out DIR] [--seconds 20]
 """
@@ -30,7 +30,8 @@ _RPM = 30 / np.pi
 
 
 def machine(motion: jr.ConstantSpeed | jr.LinearRamp) -> jr.Machine:
-    """A disc of 2 kg on springs, natural frequency 50 Hz, in a ring of 1.5 mm clearance with some friction."""
+    """A disc of 2 kg on springs, natural frequency 50 Hz, in a ring of 1.5 mm clearance with some
+    friction."""
     spring = jr.LinearSupport([2e5] * 2 + [0.0] * 4, [20.0] * 2 + [0.0] * 4)
     ring = jr.Rub(gap=GAP, stiffness=1e6, radius=0.05, friction=0.01)
     return jr.Machine.in_line(
@@ -48,7 +49,9 @@ def swept(first: float, last: float, seconds: float) -> tuple[np.ndarray, np.nda
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, default=Path("results/rub_hysteresis"))
     parser.add_argument("--seconds", type=float, default=20.0, help="of each run")
     given = parser.parse_args()

@@ -321,18 +321,6 @@ def functions(machine, model, response, found, record):
                            "atol": "positive", "adjoint": "object", "progress": "flag"}),
         "plan": (two, {**run, "tolerance": "positive", "order": "count"}),
         "energy_audit": (two, {**run, "step": "step", "rtol": "positive"}),
-        "harmonic_balance": (
-            dict(machine=machine, speed=100.0),
-            dict(machine="machine", speed="positive", harmonics="count", turns="count", samples="count"),
-        ),
-        "continuation": (
-            dict(machine=machine, speeds=(100.0, 200.0)),
-            dict(machine="machine", speeds="numbers", harmonics="count", turns="count", samples="count",
-                 step="step", points="count"),
-        ),
-        "switch_branch": (
-            dict(machine=machine, point=POINT), dict(machine="machine", point="object", size="positive", samples="count")
-        ),
         "static_equilibrium": (dict(machine=machine), dict(machine="machine")),
         "total_mass": (dict(machine=machine), dict(machine="machine")),
         "polar_inertia": (dict(machine=machine), dict(machine="machine")),
@@ -542,4 +530,17 @@ def functions(machine, model, response, found, record):
         ),
         "read_record": (dict(path="nowhere.csv"), dict(path="object")),
         "load": (dict(path="nowhere.toml"), dict(path="object")),
+        "harmonic_balance": (
+            dict(machine=machine, speed=100.0),
+            dict(machine="machine", speed="positive", harmonics="count", turns="count", samples="count"),
+        ),
+        "continuation": (
+            dict(machine=machine, speeds=(100.0, 200.0)),
+            dict(machine="machine", speeds="numbers", harmonics="count", turns="count", samples="count",
+                 step="step", points="count"),
+        ),
+        "switch_branch": (
+            dict(machine=machine, point=POINT), dict(machine="machine", point="object", size="positive",
+            samples="count")
+        ),
     }  # fmt: skip

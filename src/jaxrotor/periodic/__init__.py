@@ -1,4 +1,4 @@
-"""Steady motions that repeat with the turns of the shaft, however nonlinear: harmonic balance, branches over speed."""
+"""Steady nonlinear motions that repeat with the shaft: harmonic balance, branches over speed, stability"""
 
 import lazy_loader
 

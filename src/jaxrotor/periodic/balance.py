@@ -7,7 +7,7 @@ Jacobian is that of the vector field in each instant, resolved likewise: n_waves
 differentiated than by one through all of it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -76,7 +76,7 @@ def balance(
     left = _beside(speed**2 * u, speed * z) - waves.from_samples @ found
     by_speed = _beside(2 * speed * u, z) - waves.from_samples @ of_speed
 
-    def resolved(slopes: Array, wave: np.ndarray) -> Array:
+    def resolved(slopes: Array, wave: np.ndarray) -> Any:
         """(N, m, c) -> (w, m, w, c)."""
         both = (waves.from_samples.T[:, :, None] * wave[:, None, :]).reshape(waves.samples, -1)
         found = both.T @ slopes.reshape(waves.samples, -1)
@@ -96,8 +96,8 @@ def balance(
 def slopes(
     system: System, angles: Array, states: Float[Array, "N d"], speed: Array
 ) -> tuple[Float[Array, "N d"], Float[Array, "N d d"], Float[Array, "N d"]]:
-    """The vector field at each angle, its Jacobian by the state, and its derivative by the speed: column after
-    column, all instants at once, so that the field stands in the program once."""
+    """The vector field at each angle, its Jacobian by the state, and its derivative by the speed: column
+    after column, all instants at once, so that the field stands in the program once."""
     d = states.shape[1]
 
     def along(direction):
@@ -110,5 +110,5 @@ def slopes(
     return values[0], jnp.moveaxis(found[:d], 0, -1), found[d]
 
 
-def _beside(*parts: Array) -> Array:
+def _beside(*parts: Any) -> Array:
     return jnp.concatenate([x for x in parts if x.shape[1]], axis=1)

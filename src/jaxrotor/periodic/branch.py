@@ -7,11 +7,9 @@ import jax
 import numpy as np
 from jaxtyping import Complex, Float
 
-
 from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
-
 from ..core.result_text import shows
 from .motion import PeriodicMotion, amplitudes, place_of
 
@@ -19,9 +17,9 @@ from .motion import PeriodicMotion, amplitudes, place_of
 @shows(without=("motion",), speed="rad/s")
 class SpecialPoint(NamedTuple):
     """Where a branch turns back in speed (`"fold"`) or its stability changes: `"Neimark-Sacker"` (a pair of
-    multipliers leaves the unit circle: a second frequency sets in), `"period doubling"` (through -1), `"branch
-    point"` (through 1, where the branch does not turn back), `"grazing"` (multipliers jump, where a contact
-    begins or ends).
+    multipliers leaves the unit circle: a second frequency sets in), `"period doubling"` (through -1),
+    `"branch point"` (through 1, where the branch does not turn back), `"grazing"` (multipliers jump, where
+    a contact begins or ends).
 
     `speed`: rad/s; `motion`: the one there; `after`: the number of the point of the branch before it.
     """
@@ -71,14 +69,14 @@ class Branch(eqx.Module):
         return np.asarray(self.motions.coefficients)[:, :, station, coordinate]
 
     def amplitude(self, place: str) -> Float[np.ndarray, " p"]:
-        """Half the distance between the extremes of a coordinate such as `"disc.x"`, m or rad. Raises `InputError` for a
-        name that the machine does not have."""
+        """Half the distance between the extremes of a coordinate such as `"disc.x"`, m or rad. Raises
+        `InputError` for a name that the machine does not have."""
         return amplitudes(self.harmonics(place), self.motions.orders, self.motions.turns)
 
     @takes(index=None)
     def motion(self, index: int) -> PeriodicMotion:
-        """The motion at a point, by its number from 0 (or -1 for the last). Raises `InputError` for a number that there is
-        not."""
+        """The motion at a point, by its number from 0 (or -1 for the last). Raises `InputError` for a
+        number that there is not."""
         count = len(self)
         if isinstance(index, bool) or not isinstance(index, (int, np.integer)):
             raise InputError(f"index must be a whole number, but is {index!r}")

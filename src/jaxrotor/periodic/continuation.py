@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from ..core.arguments import number, numbers, whole
 from ..core.errors import ConvergenceError, InputError
@@ -18,7 +17,7 @@ from ..linear.condensing import condensed_below
 from ..machine.machine import Machine
 from ..machine.system import System
 from ..simulation.assembling import systems_of
-from .branch import Branch, SpecialPoint
+from .branch import Branch
 from .harmonic_balance import (
     first_found,
     first_guess,
@@ -33,8 +32,8 @@ from .root import kinds_of
 from .special import special_between
 from .waves import Waves
 
-# Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed at, and
-# beyond which a shorter one is tried down to so many times the shortest.
+# Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
+# at, and beyond which a shorter one is tried down to so many times the shortest.
 _SHORTEST, _AIM, _MOST_TURN, _KINK = 1e-4, 0.15, 0.5, 30.0
 # Past a corner, in shortest arcs; and the cosine from which on two tangents are one.
 _PAST, _ALIKE = 4.0, 0.995
@@ -61,26 +60,28 @@ def continuation(
     step: float = 0.02,
     points: int = 2000,
 ) -> Branch:
-    """The branch of periodic motions from `speeds[0]` to `speeds[1]` (rad/s, rising or falling), stable or not.
+    """The branch of periodic motions from `speeds[0]` to `speeds[1]` (rad/s, rising or falling), stable or
+    not.
 
     It is followed by its arc length (Keller 1977), so that it may turn back in speed: it ends where it leaves
     the range at either side, or after so many `points` (with a warning). Folds and the places where stability
     is lost or won are located between points. Motions of the machine that are not joined to this branch are
     found from a `start` on theirs.
 
-    - `harmonics`, `turns`, `samples`, `start`: as for `harmonic_balance`; `start` is a motion near `speeds[0]`.
-    - `step`: the longest, as a part of the range of speeds and of the motion's own size; it shortens where the
-      branch bends.
+    - `harmonics`, `turns`, `samples`, `start`: as for `harmonic_balance`; `start` is a motion near
+      `speeds[0]`.
+    - `step`: the longest, as a part of the range of speeds and of the motion's own size; it shortens where
+      the branch bends.
 
-    Raises `InputError` for machines that `harmonic_balance` refuses and speeds that are not two positive numbers
-    apart from each other, and `ConvergenceError` where no motion is found at the first.
+    Raises `InputError` for machines that `harmonic_balance` refuses and speeds that are not two positive
+    numbers apart from each other, and `ConvergenceError` where no motion is found at the first.
     """
     require_x64()
     speeds = numbers("rad/s", size=2, above=0.0)(speeds, "speeds")
     if traced(machine, speeds, start):
         raise InputError(
-            "`machine`: no derivative goes through a branch: derive `harmonic_balance` at a speed, with `start` from "
-            "the branch"
+            "`machine`: no derivative goes through a branch: derive `harmonic_balance` at a speed, with "
+            "`start` from the branch"
         )
     first, last = map(float, speeds)
     if first == last:
@@ -97,7 +98,7 @@ def continuation(
     stations = machine.wiring.stations
 
     def told(x: np.ndarray) -> PeriodicMotion:
-        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
+        return jax.tree.map(np.asarray, motion_of(actual, jnp.asarray(x), waves, stations))
 
     return _followed(_Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
 
@@ -192,8 +193,8 @@ def _followed(
         there, arc, aim = _next(way, here, arc, shortest)
         if there is None:
             warnings.warn(
-                f"the branch was lost after {len(path)} points, at {here.x[-1]:.6g} rad/s: take more samples, or "
-                "smooth the contact",
+                f"the branch was lost after {len(path)} points, at {here.x[-1]:.6g} rad/s: take more "
+                "samples, or smooth the contact",
                 stacklevel=4,
             )
             break
@@ -215,7 +216,8 @@ def _followed(
             break
     else:
         warnings.warn(
-            f"the branch was followed for {most} points, to {here.x[-1]:.6g} rad/s, and not to its end: raise `points`",
+            f"the branch was followed for {most} points, to {here.x[-1]:.6g} rad/s, and not to its end: "
+            "raise `points`",
             stacklevel=4,
         )
     every = jax.tree.map(lambda *rows: np.stack(rows), *motions)

@@ -8,7 +8,7 @@ from jaxtyping import Array, Complex, Float
 from ..linear.eigen import eigensystem
 from ..machine.field import n_free, unpack
 from ..machine.system import System
-from ..simulation.state import State, from_flat
+from ..simulation.state import from_flat
 from .balance import states_of
 from .floquet import monodromy
 from .motion import PeriodicMotion

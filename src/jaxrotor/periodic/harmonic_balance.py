@@ -3,7 +3,6 @@
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -46,16 +45,17 @@ def harmonic_balance(
     samples: int | None = None,
     start: PeriodicMotion | None = None,
 ) -> PeriodicMotion:
-    """The steady motion of `machine` turning at `speed` (rad/s), stable or not, that repeats after `turns` turns.
+    """The steady motion of `machine` turning at `speed` (rad/s), stable or not, that repeats after `turns`
+    turns.
 
     Every law is taken as it is; the motion is balanced up to `harmonics` orders per turn (alternating
-    frequency/time; Krack & Gross, Harmonic Balance for Nonlinear Vibration Problems, 2019), by Newton's method
-    from where the balanced machine stays, or from `start`, another motion, which chooses among several. The
-    speed replaces that of the drive. Exact derivatives by every parameter and the speed in both modes (implicit
-    differentiation), of the multipliers too.
+    frequency/time; Krack & Gross, Harmonic Balance for Nonlinear Vibration Problems, 2019), by Newton's
+    method from where the balanced machine stays, or from `start`, another motion, which chooses among
+    several. The speed replaces that of the drive. Exact derivatives by every parameter and the speed in
+    both modes (implicit differentiation), of the multipliers too.
 
-    - `samples`: instants in the period at which forces are evaluated; by default the power of two from 8 for each
-      order on.
+    - `samples`: instants in the period at which forces are evaluated; by default the power of two from 8
+      for each order on.
 
     For machines whose spin is given (`PrescribedSpin`, or phi prescribed) and whose forces depend on time by
     the angle of the shaft alone. Raises `InputError` for others, and `ConvergenceError` where no motion is
@@ -111,8 +111,9 @@ def at_speed(size: int) -> Array:
 def waves_of(harmonics: int, turns: int, samples: int | None) -> Waves:
     least = 4 * harmonics * turns + 1
     if samples is None:
-        samples = 2 ** int(np.ceil(np.log2(_SAMPLES * harmonics * turns)))
-    elif samples < least:
+        many = 2 ** int(np.ceil(np.log2(_SAMPLES * harmonics * turns)))
+        return Waves(harmonics, turns, many)
+    if samples < least:
         raise InputError(
             f"`samples`: {harmonics} harmonics over {turns} turns need {least} at least, but are {samples}"
         )
@@ -122,8 +123,9 @@ def waves_of(harmonics: int, turns: int, samples: int | None) -> Waves:
 def refuse_lost(found: Found, speed: float) -> None:
     if not bool(found.settled):
         raise ConvergenceError(
-            f"no periodic motion was found at {speed:.6g} rad/s in {int(found.steps)} steps: start from a motion "
-            "nearby, follow the branch by `continuation`, or take more `samples` where contacts open and close"
+            f"no periodic motion was found at {speed:.6g} rad/s in {int(found.steps)} steps: start from a "
+            "motion nearby, follow the branch by `continuation`, or take more `samples` where contacts open "
+            "and close"
         )
 
 

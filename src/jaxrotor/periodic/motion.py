@@ -27,12 +27,12 @@ class PeriodicMotion(eqx.Module):
     """A steady motion that repeats after `turns` turns of the shaft; it need not be stable.
 
     - `speed`: rad/s. `turns`: after which it repeats. `orders`: (K + 1,), per turn, from 0.
-    - `coefficients`: (K + 1, stations, 6), complex, m and rad, stations in the machine's order: each coordinate is
-      the sum over the orders of Re(coefficient e^(i order phi)), phi the angle of the drive (sense as in
-      `unbalance_response`); its phi is measured from the turning line. `internal`: (K + 1, k), complex, of the
-      elements' internal states.
-    - `multipliers`: (d,), complex, the Floquet multipliers: by what factors small deviations grow in a period,
-      the largest first.
+    - `coefficients`: (K + 1, stations, 6), complex, m and rad, stations in the machine's order: each
+      coordinate is the sum over the orders of Re(coefficient e^(i order phi)), phi the angle of the drive
+      (sense as in `unbalance_response`); its phi is measured from the turning line. `internal`: (K + 1, k),
+      complex, of the elements' internal states.
+    - `multipliers`: (d,), complex, the Floquet multipliers: by what factors small deviations grow in a
+      period, the largest first.
     - `state`: at phi = 0, with which a run starts on it (`simulate(..., initial=motion.state)`).
     """
 
@@ -55,19 +55,20 @@ class PeriodicMotion(eqx.Module):
         return self.largest_multiplier < 1.0 + _ON_CIRCLE
 
     def harmonics(self, place: str) -> Complex[Array, " w"]:
-        """(K + 1,), of a coordinate such as `"disc.x"`, m or rad. Raises `InputError` for a name that the machine does
-        not have."""
+        """(K + 1,), of a coordinate such as `"disc.x"`, m or rad. Raises `InputError` for a name that the
+        machine does not have."""
         return self.coefficients[(slice(None), *place_of(place, self.stations))]
 
     @takes(angles=numbers("rad"))
     def at(self, place: str, angles: Float[Array, " a"]) -> Float[Array, " a"]:
-        """A coordinate over the angle of the drive (rad), m or rad. Raises `InputError` as `harmonics` does, and for angles
-        that are not finite."""
+        """A coordinate over the angle of the drive (rad), m or rad. Raises `InputError` as `harmonics`
+        does, and for angles that are not finite."""
         angles = jnp.atleast_1d(jnp.asarray(angles, float))
         return _sum(self.harmonics(place), np.asarray(self.orders), angles, jnp)
 
     def amplitude(self, place: str) -> Float[Array, ""]:
-        """Half the distance between the extremes of a coordinate, m or rad. Raises `InputError` as `harmonics` does."""
+        """Half the distance between the extremes of a coordinate, m or rad. Raises `InputError` as
+        `harmonics` does."""
         return amplitudes(self.harmonics(place)[None], self.orders, self.turns)[0]
 
 
@@ -90,14 +91,14 @@ def _sum(coefficients: Any, orders: Any, angles: Any, xp: Any) -> Any:
 
 def amplitudes(coefficients: Any, orders: tuple[float, ...], turns: int) -> Any:
     """Of coefficients (p, w), of NumPy's or JAX's arrays: half the distance between the extremes of each
-    motion, (p,). The angle of an extreme is looked for, and the value there has the derivatives (an extreme does
-    not move with its angle)."""
+    motion, (p,). The angle of an extreme is looked for, and the value there has the derivatives (an extreme
+    does not move with its angle)."""
     alone = isinstance(coefficients, np.ndarray)
     xp: Any = np if alone else jnp
     still = coefficients if alone else jax.lax.stop_gradient(coefficients)
     k, count = np.asarray(orders), _DENSE * len(orders) * turns + 64
     angles = 2 * np.pi * turns * np.arange(count) / count
-    values = (still @ np.exp(1j * k[:, None] * angles)).real
+    values = xp.real(still @ np.exp(1j * k[:, None] * angles))
 
     def extreme(sign: float) -> Any:
         angle = xp.asarray(angles)[xp.argmax(sign * values, axis=1)]

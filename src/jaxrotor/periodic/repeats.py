@@ -25,31 +25,32 @@ def refuse_not_driven(machine: Machine) -> None:
     """Raises `InputError` where nothing holds the speed, or a controller samples."""
     if not machine.is_driven:
         raise InputError(
-            "`machine`: must have a drive that holds its speed, but nothing prescribes its spin: prescribe phi "
-            "of a station by ConstantSpeed, or end the line in a PrescribedSpin"
+            "`machine`: must have a drive that holds its speed, but nothing prescribes its spin: prescribe "
+            "phi of a station by ConstantSpeed, or end the line in a PrescribedSpin"
         )
     for name, part in machine.elements().items():
         if isinstance(part, Sampled):
             raise InputError(
-                f"`{name}`: samples by its own clock, so that no motion repeats with the turns of the shaft: use its "
-                "continuous law here"
+                f"`{name}`: samples by its own clock, so that no motion repeats with the turns of the "
+                "shaft: use its continuous law here"
             )
 
 
 def refuse_other_periods(system: System, speed: float, waves: Waves) -> None:
-    """Raises `InputError` where the forces depend on the clock, or do not repeat after the turns asked for."""
+    """Raises `InputError` where the forces depend on the clock, or do not repeat after the turns asked
+    for."""
     clock, missed = map(np.asarray, _missed(system, jax.device_put(np.float64(speed)), waves))
     if not clock <= _SAME:
         raise InputError(
-            "`machine`: some force or given motion depends on the clock (a schedule, a second drive, a controller's "
-            "set point), but steady motion is looked for that repeats with the turns of the shaft: make it "
-            "constant, or simulate"
+            "`machine`: some force or given motion depends on the clock (a schedule, a second drive, a "
+            "controller's set point), but steady motion is looked for that repeats with the turns of the "
+            "shaft: make it constant, or simulate"
         )
     if not missed <= _SAME:
         after = "a turn" if waves.turns == 1 else f"{waves.turns} turns"
         raise InputError(
-            f"`machine`: its forces do not repeat after {after} of the drive (gears, balls or blades that pass at "
-            "another rate): give as `turns` after how many they do, or simulate"
+            f"`machine`: its forces do not repeat after {after} of the drive (gears, balls or blades that "
+            "pass at another rate): give as `turns` after how many they do, or simulate"
         )
 
 
@@ -67,13 +68,14 @@ def _missed(system: System, speed: Array, waves: Waves) -> tuple[Array, Array]:
     angles = jnp.asarray(2 * np.pi * np.arange(count) / count + 0.1)
     times = jnp.asarray(_TIMES)
 
-    def rates(t, angle, y):
+    def rates(given):
+        t, angle, y = given
         return relative_field(t, y, system, (angle, speed, zero))[n:]
 
     ahead = angles + 2 * np.pi * waves.turns
     still = jnp.zeros(count)
-    given = jnp.stack([still, still, times]), jnp.stack([angles, ahead, angles])
-    now, after, later = jax.lax.map(lambda both: jax.vmap(rates)(*both, y), given)
+    given = jnp.stack([still, still, times]), jnp.stack([angles, ahead, angles]), jnp.stack([y] * 3)
+    now, after, later = jax.lax.map(jax.vmap(rates), given)
     size = jnp.nanmax(jnp.abs(now), axis=0) + 1e-30
     clock, missed = (jnp.nanmax(jnp.abs(x - now) / size) for x in (later, after))
     # not those of the drive, in whose place the speed stands

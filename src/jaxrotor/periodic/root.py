@@ -1,4 +1,5 @@
-"""Newton's method on the balance of all orders, at a given speed or along a branch, with exact derivatives."""
+"""Newton's method on the balance of all orders, at a given speed or along a branch, with exact
+derivatives."""
 
 from typing import NamedTuple
 
@@ -32,8 +33,8 @@ class Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """A share of `step` from `x` is tried next, halved `tries` times; `length` of that step. `first`: what was
-    left of the balance at the start."""
+    """A share of `step` from `x` is tried next, halved `tries` times; `length` of that step. `first`: what
+    was left of the balance at the start."""
 
     x: Array
     step: Array
@@ -54,9 +55,10 @@ def find(
     again: Int[Array, ""] | int,
 ) -> Found:
     """The periodic motion near `start` (coefficients, row after row, and the speed behind) in the plane
-    through it whose normal is `plane`, by at most so many steps. After `again` of them it begins anew, the mean held by
-    springs that get weaker as the balance is met, for starts where nothing holds it (in a clearance). Exact derivatives by the system and by
-    `start` in both modes, to any order (the implicit function theorem)."""
+    through it whose normal is `plane`, by at most so many steps. After `again` of them it begins anew, the
+    mean held by springs that get weaker as the balance is met, for starts where nothing holds it (in a
+    clearance). Exact derivatives by the system and by `start` in both modes, to any order (the implicit
+    function theorem)."""
     still = jax.lax.stop_gradient((system, start, plane))
     last = _search(*still, waves, most, again)
     dynamic, static = eqx.partition(system, eqx.is_array)

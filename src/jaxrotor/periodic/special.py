@@ -44,7 +44,7 @@ def special_between(
             latest[s] = point
             return gap(point.x, point.tangent)
 
-        s = brentq(along, 0.0, arc, xtol=_PART * arc, rtol=1e-12)
+        s: Any = brentq(along, 0.0, arc, xtol=_PART * arc)
         return latest[min(latest, key=lambda a: abs(a - s))].x
 
     turned = here.tangent[-1] * there.tangent[-1] < 0

@@ -31,19 +31,20 @@ def switch_branch(
     size: float = 0.02,
     samples: int | None = None,
 ) -> PeriodicMotion:
-    """A motion on the branch that leaves another one at `point`: after a `"period doubling"` one that repeats after
-    twice as many turns, at a `"branch point"` one of less symmetry. Follow it by `continuation(machine,
-    (motion.speed, ...), turns=motion.turns, start=motion)` towards the side of the point on which it lies.
+    """A motion on the branch that leaves another one at `point`: after a `"period doubling"` one that
+    repeats after twice as many turns, at a `"branch point"` one of less symmetry. Follow it by
+    `continuation(machine, (motion.speed, ...), turns=motion.turns, start=motion)` towards the side of the
+    point on which it lies.
 
     The balance at the point does not resist one direction; the motion is looked for so far along it, and its
-    speed with it. `size`: how far, as a part of the vibration. `samples`: as for `harmonic_balance`, in the new
-    period. `machine`: of which the branch is. Raises `InputError` for points at which no branch begins that could be
-    followed, and `ConvergenceError` where none is found: try another `size`.
+    speed with it. `size`: how far, as a part of the vibration. `samples`: as for `harmonic_balance`, in the
+    new period. `machine`: of which the branch is. Raises `InputError` for points at which no branch begins
+    that could be followed, and `ConvergenceError` where none is found: try another `size`.
     """
     if point.kind not in ("period doubling", "branch point"):
         raise InputError(
-            f"`point`: at a {point.kind} no periodic branch begins that could be followed: give a period doubling or a "
-            "branch point"
+            f"`point`: at a {point.kind} no periodic branch begins that could be followed: give a period "
+            "doubling or a branch point"
         )
     if traced(machine):
         raise InputError(

@@ -25,8 +25,9 @@ def branch_amplitudes(
     title: str = "Steady vibration",
     ax: Given | None = None,
 ) -> Axes:
-    """Half the distance between the extremes over speed: stable motions drawn through, unstable ones dashed, folds
-    and changes of stability marked. `place`: a coordinate such as `"disc.x"`, by default that which moves most."""
+    """Half the distance between the extremes over speed: stable motions drawn through, unstable ones
+    dashed, folds and changes of stability marked. `place`: a coordinate such as `"disc.x"`, by default that
+    which moves most. Raises `InputError` for a coordinate that the machine does not have."""
     place = _widest(branch) if place is None else place
     if not isinstance(place, str):
         raise InputError(f"`place`: must be a coordinate such as 'disc.x', but is {place!r}")
