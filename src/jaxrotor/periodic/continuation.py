@@ -34,11 +34,11 @@ from .waves import Waves
 
 # Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
 # at, and beyond which a shorter one is tried down to so many times the shortest.
-_SHORTEST, _AIM, _MOST_TURN, _KINK = 1e-4, 0.15, 0.5, 30.0
+_SHORTEST, _AIM, _MOST_TURN, _KINK = 5e-5, 0.2, 0.5, 60.0
 # Past a corner, in shortest arcs; and the cosine from which on two tangents are one.
 _PAST, _ALIKE = 4.0, 0.995
 # Steps of Newton's method along a branch, and how many are few.
-_STEPS, _FEW = 10, 4
+_STEPS, _FEW = 8, 4
 
 
 @takes(
@@ -57,7 +57,7 @@ def continuation(
     turns: int = 1,
     samples: int | None = None,
     start: PeriodicMotion | None = None,
-    step: float = 0.02,
+    step: float = 0.04,
     points: int = 2000,
 ) -> Branch:
     """The branch of periodic motions from `speeds[0]` to `speeds[1]` (rad/s, rising or falling), stable or
@@ -98,7 +98,7 @@ def continuation(
     stations = machine.wiring.stations
 
     def told(x: np.ndarray) -> PeriodicMotion:
-        return jax.tree.map(np.asarray, motion_of(actual, jnp.asarray(x), waves, stations))
+        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
 
     return _followed(_Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
 

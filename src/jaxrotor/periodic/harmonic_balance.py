@@ -11,7 +11,7 @@ from ..core.arguments import number, whole
 from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import known, require_x64
-from ..core.quick import quickly_compiled, traced
+from ..core.quick import lightly_compiled, quickly_compiled, traced
 from ..linear.condensing import condensed_below
 from ..machine.field import initial_states, n_free
 from ..machine.machine import Machine
@@ -26,6 +26,8 @@ from .waves import Waves
 
 # Steps of Newton's method from a rough start, and once more from one that is held.
 _MANY = 40
+# Free coordinates of a machine for which compiling takes longer than all else.
+_SMALL = 12
 # Samples for each order: a cubic law's products are resolved exactly by four, faces of contacts need more.
 _SAMPLES = 8
 
@@ -143,19 +145,27 @@ def _resting(nominal: System, speed: Array, waves: Waves) -> Array:
 
 def first_found(system: System, begin: Array, waves: Waves) -> Found:
     """From a rough start at its speed."""
-    return _near(system, begin, at_speed(begin.size), waves, jnp.array(2 * _MANY), jnp.array(_MANY))
+    most = jnp.array(2 * _MANY), jnp.array(_MANY)
+    return _program("find", system)(system, begin, at_speed(begin.size), waves, *most)
 
 
 def found_near(system: System, start: Any, plane: Any, waves: Waves, most: int) -> Found:
     """From a near one."""
-    return _near(system, start, plane, waves, jnp.array(most), jnp.array(most))
+    return _program("find", system)(system, start, plane, waves, jnp.array(most), jnp.array(most))
 
 
-@quickly_compiled
-def _near(system: System, start, plane, waves: Waves, most: Array, again: Array) -> Found:
-    return find(system, start, plane, waves, most, again)
+def motion_of(system: System, x: Any, waves: Waves, stations: tuple[str, ...]) -> PeriodicMotion:
+    return _program("described", system)(system, jnp.asarray(x), waves, stations)
 
 
-@quickly_compiled
-def motion_of(system: System, x: Array, waves: Waves, stations: tuple[str, ...]) -> PeriodicMotion:
-    return described(system, x, waves, stations)
+_PROGRAMS = {
+    (name, compiled): compiled(function)
+    for name, function in (("find", find), ("described", described))
+    for compiled in (quickly_compiled, lightly_compiled)
+}
+
+
+def _program(name: str, system: System) -> Any:
+    """One that is compiled soon for a small machine, one that runs fast for a large one."""
+    small = n_free(system) <= _SMALL
+    return _PROGRAMS[name, quickly_compiled if small else lightly_compiled]

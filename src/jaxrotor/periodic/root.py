@@ -14,9 +14,9 @@ from ..machine.system import System
 from .balance import balance, left_over
 from .waves import Waves
 
-# A step that changes the motion by less than this part of its size is the last; and by less than this, m or
-# rad.
-_SETTLED, _NOTHING = 1e-9, 1e-14
+# A step that changes the motion by less than this part of its size is the last, after which the square of it
+# is left; and by less than this, m or rad.
+_SETTLED, _NOTHING = 1e-7, 1e-14
 # A step is halved so often where the next one would be longer; and where no number comes out.
 _HALVINGS, _LAST = 5, 30
 
