@@ -35,8 +35,6 @@ ELSEWHERE = {
     "sweeps.local_slopes": "tests/test_sweep_cli.py",
     "sweeps.sobol_indices": "tests/test_sweep_cli.py",
     "optimization.NoRun": "tests/test_optimize.py",
-    "periodic.switch_branch": "tests/test_periodic.py",
-    "periodic.SpecialPoint": "tests/test_periodic.py",
 }
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.M | re.S)
 KIND = re.compile(r'kind = "(\w+)"')
