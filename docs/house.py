@@ -18,8 +18,8 @@ BEGIN, END = "<!-- map: python docs/house.py --write -->", "<!-- end of map -->"
 ORDER = """
 core profiles machine
 elements/laws elements/rotors elements/shafts elements/couplings elements/drives elements/bearings
-elements/control elements integrators simulation linear sensors interop search identification objectives
-optimization sweeps diagnostics standards plot study pages commands
+elements/control elements integrators simulation linear periodic sensors interop search identification
+objectives optimization sweeps diagnostics standards plot study pages commands
 """.split()
 
 

@@ -194,6 +194,8 @@ PARTS: dict[str, tuple] = {
 }
 
 
+POINT = jr.periodic.SpecialPoint("fold", 100.0, 0, None)
+
 # Functions: how a right call looks, and of which kind each argument is.
 
 T = np.arange(64) / 64.0
@@ -529,4 +531,17 @@ def functions(machine, model, response, found, record):
         ),
         "read_record": (dict(path="nowhere.csv"), dict(path="object")),
         "load": (dict(path="nowhere.toml"), dict(path="object")),
+        "harmonic_balance": (
+            dict(machine=machine, speed=100.0),
+            dict(machine="machine", speed="positive", harmonics="count", turns="count", samples="count"),
+        ),
+        "continuation": (
+            dict(machine=machine, speeds=(100.0, 200.0)),
+            dict(machine="machine", speeds="numbers", harmonics="count", turns="count", samples="count",
+                 step="step", points="count"),
+        ),
+        "switch_branch": (
+            dict(machine=machine, point=POINT), dict(machine="machine", point="object", size="positive",
+            samples="count")
+        ),
     }  # fmt: skip

@@ -51,7 +51,7 @@ def public(name):
         jr.objectives,
         jr.optimization,
     )
-    rooms += (jr.identification, jr.sensors, jr.simulation, jr.sweeps, jr.standards)
+    rooms += (jr.identification, jr.sensors, jr.simulation, jr.sweeps, jr.standards, jr.periodic)
     return next(getattr(room, name) for room in rooms if name in room.__all__)
 
 

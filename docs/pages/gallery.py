@@ -90,6 +90,7 @@ ENTRIES = [
     Entry(X + "finite_film.py", "Films of finite length", "*.png"),
     Entry(X + "fault_signatures.py", "What each fault looks like", "*.png"),
     Entry(X + "oil_whirl.py", "Whirl, then whip", "*.png"),
+    Entry(X + "rub_hysteresis.py", "A rub's jumps, up and down", "*.png"),
     Entry(X + "magnetic_bearing_design.py", "A magnetic bearing designed by its sensitivity", "*.png"),
     Entry(X + "critical_speed_design.py", "Critical speeds moved away by gradient", "*.png"),
 ]  # fmt: skip

@@ -4,9 +4,9 @@
     response = jr.simulate(machine, t_end=3.0, sample_rate=1000.0)
 
 What a script starts with stands here; the rest by what it is: `jr.elements`, `jr.profiles`, `jr.linear`,
-`jr.diagnostics`, `jr.sensors`, `jr.identification`, `jr.objectives`, `jr.optimization`, `jr.sweeps`,
-`jr.standards`, `jr.simulation`, `jr.integrators`, `jr.plot`, `jr.protocols` (to write elements of your own)
-and `jr.interop`.
+`jr.periodic`, `jr.diagnostics`, `jr.sensors`, `jr.identification`, `jr.objectives`, `jr.optimization`,
+`jr.sweeps`, `jr.standards`, `jr.simulation`, `jr.integrators`, `jr.plot`, `jr.protocols` (to write elements
+of your own) and `jr.interop`.
 """
 
 from typing import Any

@@ -9,6 +9,7 @@ from . import (
     linear as linear,
     objectives as objectives,
     optimization as optimization,
+    periodic as periodic,
     plot as plot,
     profiles as profiles,
     protocols as protocols,

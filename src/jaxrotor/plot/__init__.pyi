@@ -35,6 +35,7 @@ from .orbits import (
     poincare as poincare,
 )
 from .paths import distances as distances, trajectories as trajectories
+from .periodic import branch_amplitudes as branch_amplitudes
 from .quantities import over_time as over_time, spectrum as spectrum
 from .response import bode as bode, polar as polar
 from .sensitivity import scatter_matrix as scatter_matrix, sensitivity_bars as sensitivity_bars

@@ -28,6 +28,7 @@ from ..linear.response import FrequencyResponse
 from ..linear.supports import CriticalSpeedMap
 from ..machine.machine import Machine
 from ..optimization.optimum import Optimum
+from ..periodic.branch import Branch
 from ..simulation.response import Response
 from ..standards.amplification import Resonances
 from ..standards.separation import SeparationCheck
@@ -54,6 +55,7 @@ from .maps import support_map
 from .motion import inclinations, spin, vibration
 from .orbits import bifurcation, centreline, orbits, poincare
 from .paths import distances, trajectories
+from .periodic import branch_amplitudes
 from .quantities import over_time, spectrum
 from .response import bode, polar
 from .sensitivity import scatter_matrix, sensitivity_bars
@@ -105,6 +107,7 @@ _PICTURES: dict[type, dict[str, Callable[..., Any]]] = {
     Centreline: {"centreline": centreline},
     PoincareSection: {"section": poincare},
     Bifurcation: {"diagram": bifurcation},
+    Branch: {"amplitudes": branch_amplitudes},
     FullSpectrum: {"spectrum": full_spectrum},
     Waterfall: {"waterfall": waterfall_map, "cascade": cascade},
     OrderTrack: {"orders": order_tracks},

@@ -1,0 +1,240 @@
+"""The branch of periodic motions over speed, through its folds, by arc length."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..core.arguments import number, numbers, whole
+from ..core.errors import ConvergenceError, InputError
+from ..core.gate import takes
+from ..core.parameter import require_x64
+from ..core.quick import traced
+from ..linear.condensing import condensed_below
+from ..machine.machine import Machine
+from ..machine.system import System
+from ..simulation.assembling import systems_of
+from .branch import Branch
+from .harmonic_balance import (
+    first_found,
+    first_guess,
+    found_near,
+    motion_of,
+    refuse_lost,
+    waves_of,
+)
+from .motion import PeriodicMotion
+from .repeats import refuse_not_driven, refuse_other_periods
+from .root import kinds_of
+from .special import special_between
+from .waves import Waves
+
+# Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
+# at, and beyond which a shorter one is tried down to so many times the shortest.
+_SHORTEST, _AIM, _MOST_TURN, _KINK = 5e-5, 0.2, 0.5, 60.0
+# Past a corner, in shortest arcs; and the cosine from which on two tangents are one.
+_PAST, _ALIKE = 4.0, 0.995
+# Steps of Newton's method along a branch, and how many are few.
+_STEPS, _FEW = 8, 4
+
+
+@takes(
+    speeds=None,
+    harmonics=whole(1, 1000),
+    turns=whole(1, 1000),
+    samples=whole(8, 100_000),
+    step=number(above=0.0),
+    points=whole(2, 1_000_000),
+)
+def continuation(
+    machine: Machine,
+    speeds: Any,
+    *,
+    harmonics: int = 7,
+    turns: int = 1,
+    samples: int | None = None,
+    start: PeriodicMotion | None = None,
+    step: float = 0.04,
+    points: int = 2000,
+) -> Branch:
+    """The branch of periodic motions from `speeds[0]` to `speeds[1]` (rad/s, rising or falling), stable or
+    not.
+
+    It is followed by its arc length (Keller 1977), so that it may turn back in speed: it ends where it leaves
+    the range at either side, or after so many `points` (with a warning). Folds and the places where stability
+    is lost or won are located between points. Motions of the machine that are not joined to this branch are
+    found from a `start` on theirs.
+
+    - `harmonics`, `turns`, `samples`, `start`: as for `harmonic_balance`; `start` is a motion near
+      `speeds[0]`.
+    - `step`: the longest, as a part of the range of speeds and of the motion's own size; it shortens where
+      the branch bends.
+
+    Raises `InputError` for machines that `harmonic_balance` refuses and speeds that are not two positive
+    numbers apart from each other, and `ConvergenceError` where no motion is found at the first.
+    """
+    require_x64()
+    speeds = numbers("rad/s", size=2, above=0.0)(speeds, "speeds")
+    if traced(machine, speeds, start):
+        raise InputError(
+            "`machine`: no derivative goes through a branch: derive `harmonic_balance` at a speed, with "
+            "`start` from the branch"
+        )
+    first, last = map(float, speeds)
+    if first == last:
+        raise InputError(f"speeds must be apart from each other, but both are {first:g} rad/s")
+    machine.check()
+    waves = waves_of(harmonics, turns, samples)
+    refuse_not_driven(machine)
+    machine = condensed_below(machine, max(first, last) * harmonics, "equilibrium")
+    actual, nominal = systems_of(machine)
+    refuse_other_periods(actual, first, waves)
+    begin = first_guess(actual, nominal, jnp.asarray(first), waves, start)
+    found = first_found(actual, begin, waves)
+    refuse_lost(found, first)
+    stations = machine.wiring.stations
+
+    def told(x: np.ndarray) -> PeriodicMotion:
+        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
+
+    return _followed(_Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
+
+
+class Point(NamedTuple):
+    """`x`: (size + 1,); `tangent`: the same, of length 1 in the metric of the branch."""
+
+    x: np.ndarray
+    tangent: np.ndarray
+    steps: int
+
+
+class _Way:
+    """Arcs, measured in parts of the range of speeds and of the motion's size so far, kind by kind."""
+
+    def __init__(self, system: System, waves: Waves, first: float, last: float, longest: float):
+        self.system, self.waves, self.first, self.last = system, waves, first, last
+        self.longest, self.range = longest, abs(last - first)
+        self.kinds: np.ndarray = np.zeros(0)
+        self.sizes = np.zeros(4)
+
+    def grow(self, x: np.ndarray) -> None:
+        if not self.kinds.size:
+            self.kinds = kinds_of(self.system, (x.size - 1) // self.waves.count, self.waves)
+        own = [np.sqrt(np.sum(x[:-1][self.kinds[:-1] == k] ** 2)) for k in range(3)]
+        self.sizes = np.maximum(self.sizes, [*own, self.range])
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Of the squares of an arc."""
+        sizes = np.where(self.sizes > 0, self.sizes, 1.0)
+        return (1.0 / sizes**2)[self.kinds]
+
+    def point(self, found: Any) -> Point:
+        tangent = np.asarray(found.tangent)
+        return Point(np.asarray(found.x), self.unit(tangent), int(found.steps))
+
+    def unit(self, tangent: np.ndarray) -> np.ndarray:
+        return tangent / np.sqrt(np.sum(self.weights * tangent**2))
+
+    def onward(self, point: Point, arc: float) -> Point | None:
+        """The point of the branch in the plane across its tangent at this distance."""
+        plane = self.weights * point.tangent
+        found = found_near(self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS)
+        return self.point(found) if bool(found.settled) else None
+
+    def round_corner(self, here: Point, arc: float) -> Point | None:
+        """The next point where the branch has a corner just ahead (all of an orbit meets or leaves a sharp
+        contact at once): along the tangent that it would have beyond, in the sense in which it does so."""
+        beyond = here.x + _PAST * arc * here.tangent
+        found = found_near(self.system, beyond, self.weights * here.tangent, self.waves, 1)
+        tangent = self.unit(np.asarray(found.tangent))
+        if not np.all(np.isfinite(tangent)):
+            return None
+        for far in (2 * _PAST, 8 * _PAST, 32 * _PAST):
+            for sense in (1.0, -1.0):
+                there = self.onward(Point(here.x, sense * tangent, 0), far * arc)
+                if there is None:
+                    continue
+                along = np.sum(self.weights * there.tangent * tangent) * sense
+                back = np.sum(self.weights * there.tangent * here.tangent)
+                if along > _ALIKE and back > -_ALIKE:
+                    return there
+        return None
+
+    def at(self, speed: float, guess: np.ndarray) -> Point | None:
+        guess = np.append(guess[:-1], speed)
+        plane = np.append(np.zeros(guess.size - 1), 1.0)
+        found = found_near(self.system, guess, plane, self.waves, _STEPS)
+        return self.point(found) if bool(found.settled) else None
+
+    def beyond(self, x: np.ndarray) -> float | None:
+        """The end of the range that has been passed."""
+        low, high = sorted((self.first, self.last))
+        return low if x[-1] < low else high if x[-1] > high else None
+
+
+def _followed(
+    way: _Way, x: np.ndarray, told: Callable[[np.ndarray], PeriodicMotion], most: int
+) -> Branch:
+    way.grow(x)
+    here = way.at(way.first, x)
+    if here is None:
+        raise ConvergenceError(f"the branch was lost at its start, {way.first:.6g} rad/s")
+    # towards the other end
+    here = here._replace(
+        tangent=here.tangent * np.sign(way.last - way.first) * np.sign(here.tangent[-1])
+    )
+    path, motions, special = [here], [told(here.x)], []
+    arc, shortest = 0.1 * way.longest, _SHORTEST * way.longest
+    while len(path) < most:
+        there, arc, aim = _next(way, here, arc, shortest)
+        if there is None:
+            warnings.warn(
+                f"the branch was lost after {len(path)} points, at {here.x[-1]:.6g} rad/s: take more "
+                "samples, or smooth the contact",
+                stacklevel=4,
+            )
+            break
+        end = way.beyond(there.x)
+        if end is not None:
+            share = (end - here.x[-1]) / (there.x[-1] - here.x[-1])
+            last = way.at(end, here.x + share * (there.x - here.x))
+            if last is not None:
+                there = last._replace(
+                    tangent=last.tangent * np.sign(last.tangent @ (way.weights * here.tangent))
+                )
+        motion = told(there.x)
+        special += special_between(way, (here, there), (motions[-1], motion), told, len(path) - 1)
+        path.append(there)
+        motions.append(motion)
+        way.grow(there.x)
+        here, arc = there._replace(tangent=way.unit(there.tangent)), aim
+        if end is not None:
+            break
+    else:
+        warnings.warn(
+            f"the branch was followed for {most} points, to {here.x[-1]:.6g} rad/s, and not to its end: "
+            "raise `points`",
+            stacklevel=4,
+        )
+    every = jax.tree.map(lambda *rows: np.stack(rows), *motions)
+    return Branch(np.array([p.x[-1] for p in path]), every, tuple(special))
+
+
+def _next(way: _Way, here: Point, arc: float, shortest: float) -> tuple[Point | None, float, float]:
+    """The next point, the arc to it, and the arc that is tried from there."""
+    while True:
+        there = way.onward(here, arc)
+        if there is not None:
+            cosine = float(np.sum(way.weights * here.tangent * there.tangent))
+            turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+            if turn <= _MOST_TURN or arc <= _KINK * shortest:
+                more = np.clip(_AIM / max(turn, 1e-9), 0.5, 1.6)
+                more = more if there.steps <= _FEW else min(more, 0.7)
+                return there, arc, float(np.clip(more * arc, shortest, way.longest))
+        if arc <= shortest:
+            return way.round_corner(here, shortest), arc, shortest
+        arc = max(0.4 * arc, shortest)
