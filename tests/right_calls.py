@@ -138,6 +138,10 @@ PARTS: dict[str, tuple] = {
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "SqueezeFilmDamper": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "AnnularSeal": (attached, (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)),
+    "LabyrinthSeal": (
+        attached,
+        (0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5),
+    ),
     "RollingBearing": (attached, (1e9, 0.01, 0.05)),
     "RadialBearing": (attached, (jr.elements.KelvinVoigt(1e6),)),
     "SwitchedDamper": (loop, (0.1, 1.0, 0.1, 0.1)),

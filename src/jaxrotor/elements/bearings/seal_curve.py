@@ -21,10 +21,10 @@ _ODD = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)
 
 class SealCurve(AbstractAttachment, Inertial):
     """`table` and its `slope` over asinh(speed/scale), in rows from the fastest backward to the fastest
-    forward; `scale`, rad/s."""
+    forward, of six coefficients or, without inertia, four; `scale`, rad/s."""
 
-    table: Float[Array, "n 6"]
-    slope: Float[Array, "n 6"]
+    table: Float[Array, "n k"]
+    slope: Float[Array, "n k"]
     scale: Float[Array, ""]
 
     def at(self, speed: Array) -> Coefficients:
@@ -45,7 +45,9 @@ class SealCurve(AbstractAttachment, Inertial):
     ) -> tuple[Vec6, ...]:
         return seal_forces(self.at(motions[-1][1][5]), motions)
 
-    def inertia(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "6 6"]:
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
         return seal_inertia(self.at(motions[-1][1][5]))
 
 
@@ -53,8 +55,8 @@ def seal_curve(found: Callable[[Array], Coefficients], scale: Array) -> SealCurv
     """Of coefficients by the speed; `scale`, rad/s: about where the speed begins to tell."""
     # three rows more, for the slopes at the end
     speeds = scale * jnp.sinh(_STEP * jnp.arange(_ROWS + 4.0))
-    ahead = jnp.stack(jax.lax.map(found, speeds), axis=-1)
-    whole = jnp.concatenate([ahead[:0:-1] * jnp.asarray(_ODD), ahead])
+    ahead = jnp.stack(jax.tree.leaves(jax.lax.map(found, speeds)), axis=-1)
+    whole = jnp.concatenate([ahead[:0:-1] * jnp.asarray(_ODD[: ahead.shape[1]]), ahead])
     slope = sum(c * whole[k : len(whole) - 6 + k] for k, c in enumerate(_SLOPE))
     return SealCurve(whole[3:-3], jnp.asarray(slope), scale)
 
@@ -66,7 +68,9 @@ def seal_forces(found: Coefficients, motions: tuple[Motion, ...]) -> tuple[Vec6,
     return (jnp.pad(f, (0, 4)), *(jnp.zeros(6) for _ in motions[1:2]))
 
 
-def seal_inertia(found: Coefficients) -> Float[Array, "6 6"]:
+def seal_inertia(found: Coefficients) -> Float[Array, "6 6"] | None:
+    if found.M is None:
+        return None
     return jnp.pad(square(found.M, found.m), (0, 4))
 
 
