@@ -1,16 +1,16 @@
 """What the labyrinths of a compressor do to its stability, with and without swirl brakes.
 
-A compressor of five impellers between bearings; each impeller's eye and the balance piston have a labyrinth of
-teeth on the stator, computed from its dimensions and the gas. The gas enters the eyes turning along with the
-impeller. Its first forward whirl at the running speed, over that preswirl, for three levels of the pressure:
-each mode with the coefficients of its own frequency. Swirl brakes before the teeth take the swirl down, here to
-a tenth. Left: the logarithmic decrement; below zero the rotor whirls by itself. Right: the cross-coupled
-stiffness of all labyrinths less what their damping takes, at the frequency of the mode.
+A compressor of five impellers between bearings; each impeller's eye and the balance piston have a labyrinth
+of teeth on the stator, computed from its dimensions and the gas, which enters turning along with the
+impellers. Left: the logarithmic decrement of the first forward whirl at the running speed over that preswirl,
+for three pressures of suction, with the coefficients at the whirl's own frequency; below zero the rotor
+whirls by itself. Swirl brakes before the teeth take the swirl down, here to a tenth. Right: the swirl in the
+chambers of the piston: along the teeth the walls bring it to what they settle it at.
 
     python experiments/compressor_labyrinths.py [--out results/compressor_labyrinths]
 
-Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Benckert & Wachter, NASA CP-2133 (1980) 189
-(swirl brakes).
+Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Benckert & Wachter, NASA CP-2133
+(1980) 189 (swirl brakes).
 """
 
 import argparse
@@ -34,6 +34,8 @@ from jaxrotor.plot.style import COLOURS, figure, label, legend
 RPM = np.pi / 30
 RUNNING = 9000 * RPM
 STAGES = tuple(f"impeller {k}" for k in range(1, 6))
+# Of the suction, Pa.
+PRESSURES = (10e5, 30e5, 60e5)
 # Swirl of the gas over the surface's speed, as it comes from the impellers' sides, and behind brakes.
 BARE, BRAKED = 0.6, 0.1
 
@@ -107,19 +109,42 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("results/compressor_labyrinths"))
     given = parser.parse_args()
-    swirls = np.linspace(0.0, 0.9, 7)
     ((left, right),) = axes = figure(1, 2, (11.0, 4.6))[1]
-    for colour, suction in zip(COLOURS, (10e5, 30e5, 60e5)):
-        places = {name: at for name, (_, at) in seals(suction).items()}
-        machine, decrements, driving = None, [], []
+    swirls, machine = np.array([0.0, 0.3, 0.6, 0.9]), None
+    for colour, suction in zip(COLOURS, PRESSURES):
+        decrements = []
         for preswirl in swirls:
             found = tables(suction, preswirl)
             if machine is None:
+                places = {name: at for name, (_, at) in seals(suction).items()}
                 machine = build({name: (part, places[name]) for name, part in found.items()})
-            else:
-                machine = machine.set(found)
-            mode = first_forward(machine)
-            print(suction, preswirl, mode)
+            ratio = first_forward(machine.set(found)).damping_ratio
+            decrements.append(2 * np.pi * ratio / (1 - ratio**2) ** 0.5)
+        left.plot(swirls, decrements, "o-", color=colour, label=f"{suction / 1e5:.0f} bar")
+        bare, braked = np.interp((BARE, BRAKED), swirls, decrements)
+        print(
+            f"{suction / 1e5:.0f} bar: logarithmic decrement {bare:.3f}, with brakes {braked:.3f}"
+        )
+    left.axhline(0.0, color="grey", lw=1)
+    for swirl, words in ((BARE, "without brakes"), (BRAKED, "with swirl brakes")):
+        left.axvline(swirl, color="grey", lw=1, ls=":")
+        left.annotate(
+            words, (swirl, 0.03), (4, 0), left.get_xaxis_transform(), "offset points", fontsize=8
+        )
+    for colour, swirl, words in zip(
+        COLOURS, (BARE, BRAKED), ("without brakes", "with swirl brakes")
+    ):
+        piston = labyrinth(0.22, 24, PRESSURES[1] * 1.25**5, PRESSURES[1], swirl)
+        found = np.asarray(piston.coefficients(RUNNING).swirl) / (0.11 * RUNNING)
+        right.plot(np.arange(24), [swirl, *found], "o-", ms=3, color=colour, label=words)
+    label(left, "preswirl over the surface's speed", "logarithmic decrement")
+    label(right, "chamber of the piston", "swirl over the surface's speed")
+    right.set_ylim(0.0, None)
+    legend(left, title="suction")
+    legend(right)
+    given.out.mkdir(parents=True, exist_ok=True)
+    save_figure(axes, given.out / "compressor_labyrinths.png")
+    print(given.out / "compressor_labyrinths.png")
 
 
 if __name__ == "__main__":

@@ -30,9 +30,7 @@ class Tables(NamedTuple):
     held; `turning`: the station whose speed its table is over."""
 
     rest: Machine
-    parts: tuple[
-        SpeedDependentSupport | WhirlDependentSupport | AnnularSeal | LabyrinthSeal, ...
-    ]
+    parts: tuple[SpeedDependentSupport | WhirlDependentSupport | AnnularSeal | LabyrinthSeal, ...]
     places: np.ndarray
     turning: np.ndarray
 

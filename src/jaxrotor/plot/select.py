@@ -9,8 +9,8 @@ from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
-from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.journal import AbstractFilm
+from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.law_support import LawSupport
 from ..elements.bearings.radial import RadialBearing
 from ..elements.bearings.rolling import RollingBearing

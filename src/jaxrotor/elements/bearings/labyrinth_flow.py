@@ -5,21 +5,21 @@ Per metre of circumference tooth i (from 1) lets through, of the pressures befor
 
     m_i = mu_i carry_i h sqrt((p_{i-1}² - p_i²)/(R T)),   at most what the throat lets through at Mach 1
 
-(Neumann), with Chaplygin's flow coefficient `mu = pi/(pi + 2 - 5 s + 2 s²)`, `s = (p_{i-1}/p_i)^((g - 1)/g) - 1`,
-and Vermes's carry-over of kinetic energy from the tooth before. At one temperature, V the velocity around the
-seal and A = (B + h) L the area of a chamber:
+(Neumann), with Chaplygin's flow coefficient `mu = pi/(pi + 2 - 5 s + 2 s²)`,
+`s = (p_{i-1}/p_i)^((g - 1)/g) - 1`, and Vermes's carry-over of kinetic energy from the tooth before. At one
+temperature, V the velocity around the seal and A = (B + h) L the area of a chamber:
 
     d(rho A)/dt + d(rho V A)/(r dtheta) + m_{i+1} - m_i = 0
     rho A (dV/dt + V dV/(r dtheta)) + m_i (V_i - V_{i-1})
         = -A dp/(r dtheta) + L (a_r tau_r - a_s tau_s),   tau = rho U |U|/2 · 0.079 (D |U|/nu)^-0.25
 
 with U the velocity against the wall, D the hydraulic diameter and a the wall's length over that of the
-chamber. A whirl of small amplitude, `x + i y = q exp(i f t)`, makes h = clearance - Re(q exp(i (f t - theta)))
-and everything of first order as `Re(... exp(i (f t - theta)))`: a linear system of the chambers, whose
-pressures give `-F/q = K + f c + i (f C - k)`.
+chamber. A whirl of small amplitude, `x + i y = q exp(i f t)`, makes
+`h = clearance - Re(q exp(i (f t - theta)))` and everything of first order as `Re(... exp(i (f t - theta)))`:
+a linear system of the chambers, whose pressures give `-F/q = K + f c + i (f C - k)`.
 
-Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Iwatsubo, NASA CP-2133 (1980) 139; Vermes,
-J. Eng. Power 83 (1961) 161; Childs, Turbomachinery Rotordynamics (1993), ch. 5.
+Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Iwatsubo, NASA CP-2133 (1980) 139;
+Vermes, J. Eng. Power 83 (1961) 161; Childs, Turbomachinery Rotordynamics (1993), ch. 5.
 """
 
 from typing import NamedTuple
@@ -32,8 +32,8 @@ from jaxtyping import Array, Float
 from .bulk_flow import Coefficients
 from .implicit import root
 
-# Newton's steps for the pressures and for the swirl: 2400 seals of all kinds, turned at up to 1e7 rad/s, are there
-# after six.
+# Newton's steps for the pressures and for the swirl: 2400 seals of all kinds, turned at up to 1e7 rad/s, are
+# there after six.
 _PRESSURES, _SWIRL = 8, 8
 # Of the speed of sound over the root of the heat ratio: below such a velocity the friction is linear, so that
 # its slopes are finite where a wall and the gas do not move against each other.
@@ -43,8 +43,8 @@ _LEAST = 1e-4
 
 
 class Labyrinth(NamedTuple):
-    """SI. `gas`: gas constant times temperature; `carry`: of each tooth; `rotor`, `stator`: length of the walls
-    of a chamber over that of the chamber; `mu`: a flow coefficient in the place of Chaplygin's."""
+    """SI. `gas`: gas constant times temperature; `carry`: of each tooth; `rotor`, `stator`: length of the
+    walls of a chamber over its own; `mu`: a flow coefficient in the place of Chaplygin's."""
 
     radius: Array
     clearance: Array
@@ -133,9 +133,7 @@ def _drag(seal: Labyrinth, pressure: Array, velocity: Array, speed: Array, gap: 
         return square**0.375 * against
 
     factor = 0.0395 * (pressure / seal.gas) ** 0.75 * (seal.viscosity / D) ** 0.25 * seal.pitch
-    return factor * (
-        seal.stator * at(velocity) + seal.rotor * at(velocity - seal.radius * speed)
-    )
+    return factor * (seal.stator * at(velocity) + seal.rotor * at(velocity - seal.radius * speed))
 
 
 def swirl(seal: Labyrinth, at: Chambers, entry: Array, speed: Array) -> Float[Array, " n"]:
@@ -175,7 +173,7 @@ def exchange(seal: Labyrinth, at: Chambers) -> Array:
 def _impedance(
     seal: Labyrinth, at: Chambers, V: Array, entry: Array, speed: Array, whirl: Array
 ) -> Array:
-    """`-F/q`; `whirl`, rad/s, positive with the turning. Unknown are the chambers' pressures and velocities."""
+    """`-F/q`; `whirl`, rad/s, positive towards +phi. Unknown are the chambers' pressures and velocities."""
     p, m, r, L, h = at.pressures, at.flow, seal.radius, seal.pitch, seal.clearance
     A, density = (seal.height + h) * L, p / seal.gas
     each = jnp.concatenate([seal.supply[None], p]), jnp.concatenate([p, seal.sump[None]])

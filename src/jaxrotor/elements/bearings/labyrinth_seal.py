@@ -48,33 +48,33 @@ class LabyrinthPoint(NamedTuple):
 
 
 class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
-    """A labyrinth of straight teeth with a gas: stiffness, damping, and the cross-coupling by the swirl in its
-    chambers, which drives compressors and turbines to whirl.
+    """A labyrinth of straight teeth with a gas: stiffness, damping, and the cross-coupling by the swirl in
+    its chambers, which drives compressors and turbines to whirl.
 
     Attached to a station, it acts between that and the ground, at the speed of the station; attached to
     `(station, rotor)` by the speed of the second, on which it does not act. The force is `-K q - C v` for
     small motions about the middle, with the coefficients of the present speed; tilting, axial force and
     drag about the axis are left out. Turning backward, the swirl does too.
 
-    - `diameter` at the clearance, `clearance` (radial), `pitch` (from tooth to tooth), `height` of the teeth: m.
-      `teeth`: how many, two at least. `on`: what they are on, `"stator"`, `"rotor"`, or `"both"`,
+    - `diameter` at the clearance, `clearance` (radial), `pitch` (from tooth to tooth), `height` of the teeth:
+      m. `teeth`: how many, two at least. `on`: what they are on, `"stator"`, `"rotor"`, or `"both"`,
       interlocking, where no jet reaches the next tooth.
-    - `inlet_pressure`, `outlet_pressure`: Pa, absolute. `temperature`: K. `gas_constant`: J/(kg K), 287.05 for
-      dry air; with the compressibility factor in it for a real gas. `viscosity` (dynamic): Pa·s.
+    - `inlet_pressure`, `outlet_pressure`: Pa, absolute. `temperature`: K. `gas_constant`: J/(kg K), 287.05
+      for dry air; with the compressibility factor in it for a real gas. `viscosity` (dynamic): Pa·s.
       `heat_ratio`: of the heat capacities.
     - `preswirl`: circumferential velocity of the gas before the first tooth over that of the rotor's
       surface; less behind swirl brakes.
     - `flow_coefficient`: of each tooth. Left out it is Chaplygin's of sharp teeth, 0.61 to 0.74.
-    - `carry_over`: factor by which the jet of the tooth before raises a tooth's flow. Left out it is Vermes's,
-      by the clearance over the pitch less `tooth_width` (at the tips, m). 1 with teeth on both.
-    - `whirl`: frequency of the whirl that K and C are for, rad/s; left out that of the speed (synchronous, as in
-      Childs & Scharrer). The compressible gas makes them depend on it: `support` with `frequencies` has them
-      over both, for modes each at its own.
+    - `carry_over`: factor by which the jet of the tooth before raises a tooth's flow. Left out, Vermes's, by
+      the clearance over the pitch less `tooth_width` (at the tips, m). 1 with teeth on both.
+    - `whirl`: frequency of the whirl that K and C are for, rad/s; left out that of the speed (synchronous).
+      They depend on it, for the gas is compressible: `support` with `frequencies` has them over both, for
+      modes each at its own.
 
     The leakage is Neumann's, the temperature one; where the pressure falls most the gas reaches Mach 1, and
-    no more flows however low the pressure behind it. One control volume a chamber (Iwatsubo; Childs & Scharrer)
-    tells k and C of see-through labyrinths; K, small in these, less surely. `support(speeds)` is a table of
-    it. It keeps no account of its energy: its work counts as that of a load in the energy audit.
+    no more flows however low the pressure behind it. One control volume a chamber stands for its flow; no
+    measured seal has been compared here. `support(speeds)` is a table of it. It keeps no account of its
+    energy: its work counts as that of a load in the energy audit.
 
     Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Iwatsubo, NASA CP-2133 (1980) 139;
     Vermes, J. Eng. Power 83 (1961) 161.
@@ -92,7 +92,9 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
     heat_ratio: Float[Array, ""] = parameter(positive=True, default=1.4)
     preswirl: Float[Array, ""] = parameter(default=0.5)
     tooth_width: Float[Array, ""] = parameter("m", nonnegative=True, default=0.0)
-    flow_coefficient: Float[Array, ""] | None = parameter(positive=True, optional=True, default=None)
+    flow_coefficient: Float[Array, ""] | None = parameter(
+        positive=True, optional=True, default=None
+    )
     carry_over: Float[Array, ""] | None = parameter(positive=True, optional=True, default=None)
     whirl: Float[Array, ""] | None = parameter(
         "rad/s", nonnegative=True, optional=True, default=None
@@ -120,12 +122,12 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
         if self.carry_over is not None and float(self.carry_over) < 1:
             yield f"carry_over must be at least 1, but is {float(self.carry_over):g}"
         if self.on == "both" and self.carry_over is not None:
-            yield 'carry_over must be left out where teeth are on both: it is 1'
+            yield "carry_over must be left out where teeth are on both: it is 1"
         room = float(self.pitch) - float(self.tooth_width)
         if self.on != "both" and self.carry_over is None and room < 3 * float(self.clearance):
             yield (
-                f"pitch must be larger than tooth_width by three clearances for Vermes's carry-over, but is by "
-                f"{room:g} m, with a clearance of {float(self.clearance):g} m: give carry_over"
+                f"pitch must be larger than tooth_width by three clearances for Vermes's carry-over, but is "
+                f"by {room:g} m, with a clearance of {float(self.clearance):g} m: give carry_over"
             )
 
     def coefficients(self, speed: Float[Array, ""] | float) -> LabyrinthPoint:
@@ -237,9 +239,7 @@ def _over_both(labyrinth: LabyrinthSeal, speeds: Array, whirls: Array) -> tuple[
     return jax.vmap(lambda whirl: _tables(labyrinth, speeds, whirl), out_axes=1)(whirls)
 
 
-def _tables(
-    labyrinth: LabyrinthSeal, speeds: Array, whirl: Array | None
-) -> tuple[Array, Array]:
+def _tables(labyrinth: LabyrinthSeal, speeds: Array, whirl: Array | None) -> tuple[Array, Array]:
     seal = labyrinth._labyrinth()
     at = chambers(seal)
 
