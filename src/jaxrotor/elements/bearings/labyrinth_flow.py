@@ -156,18 +156,14 @@ def gas_coefficients(
     seal: Labyrinth, at: Chambers, velocity: Array, entry: Array, speed: Array, whirl: Array
 ) -> Coefficients:
     """Of whirls with and against the turning at one frequency, rad/s."""
-    f = (whirl**2 + (_LEAST * exchange(seal, at)) ** 2) ** 0.5
+    # the part of a chamber's gas that leaves it in a second, where that is least
+    exchange = at.flow * seal.gas / (at.pressures[0] * (seal.height + seal.clearance) * seal.pitch)
+    f = (whirl**2 + (_LEAST * exchange) ** 2) ** 0.5
     ahead, back = jax.vmap(lambda f: _impedance(seal, at, velocity, entry, speed, f))(
         f * np.array([1.0, -1.0])
     )
     mean, odd = (ahead + back) / 2, (ahead - back) / (2 * f)
     return Coefficients(mean.real, -mean.imag, odd.imag, odd.real)
-
-
-def exchange(seal: Labyrinth, at: Chambers) -> Array:
-    """The part of a chamber's gas that leaves it in a second, 1/s, where that is least."""
-    density = at.pressures[0] / seal.gas
-    return at.flow / (density * (seal.height + seal.clearance) * seal.pitch)
 
 
 def _impedance(
