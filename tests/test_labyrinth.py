@@ -330,7 +330,7 @@ def test_curves(change):
 def test_diagrams_take_the_seal_at_each_speed():
     """Taken apart from the machine, exactly; and `support` has the same in its rows, over the whirl too."""
     seal = labyrinth()
-    speeds = np.linspace(100.0, 1000.0, 4)
+    speeds = np.linspace(100.0, 1000.0, 9)
     apart = models_over_speed(on_a_disc(seal), speeds, "undeformed")
     table, over_both = seal.support(speeds), seal.support(speeds, [50.0, 400.0])
     same = as_table(seal, speeds[1])
