@@ -35,8 +35,8 @@ from .implicit import root
 # Newton's steps for the pressures and for the swirl: 2400 seals of all kinds, turned at up to 1e7 rad/s, are
 # there after six.
 _PRESSURES, _SWIRL = 8, 8
-# Of sqrt(R T), some 0.1 m/s: below such a velocity the friction is linear, as that of laminar flow is, so that
-# its slopes are finite where a wall and the gas do not move against each other, and curves meet it near rest.
+# Of sqrt(R T), some 0.1 m/s: below such a velocity the friction is linear, as that of laminar flow is, so
+# that its slopes are finite where a wall and the gas move alike, and curves meet it near rest.
 # At 30 m/s it is 4e-6 of the friction.
 _SLOW = 3e-4
 # The least frequency of a whirl, over the part of a chamber's gas that leaves it in a second.

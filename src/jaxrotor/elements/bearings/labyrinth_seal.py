@@ -189,8 +189,8 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
     def prepared(self) -> SealCurve:
         seal = self._labyrinth()
         at = chambers(seal)
-        # rows stand close near rest, where friction turns from linear to the power 1.75 of the speed; the last
-        # are at eighteen times the speed of sound
+        # rows stand close near rest, where friction turns from linear to the power 1.75 of the speed; the
+        # last are at eighteen times the speed of sound
         scale = seal.gas**0.5 / seal.radius / 600
         return seal_curve(lambda speed: self._found(seal, at, speed)[1], scale)
 
