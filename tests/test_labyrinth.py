@@ -208,7 +208,7 @@ def test_coefficients_by_the_nonlinear_flow(on, whirl):
     mean, odd = (ahead + back) / 2, (ahead - back) / (2 * f)
     expected = np.array([mean.real, -mean.imag, odd.imag, odd.real])
     found = four(labyrinth(on, whirl=whirl).coefficients(SPEED))
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    np.testing.assert_allclose(found, expected, rtol=2e-6)
 
 
 # The seal of ROSS's own tests (air at 3 bar, interlocking, 16 teeth, 8000 rpm).
@@ -319,7 +319,7 @@ def test_curves(change):
     seal = labyrinth(**change)
     curve = CURVE(seal)
     assert np.all(np.isfinite(curve.table))
-    for speed, off in ((1e-3, 2e-3), (0.7, 2e-3), (20.0, 4e-5), (SPEED, 4e-5), (-2000.0, 4e-5)):
+    for speed, off in ((1e-3, 2e-3), (0.7, 2e-3), (20.0, 1e-6), (SPEED, 1e-5), (-2000.0, 2e-5)):
         K, k, C, c = expected = four(seal.coefficients(speed))
         found = np.array(curve.at(jnp.asarray(speed))[:4])
         sizes = np.array([1, 1, abs(speed), abs(speed)])
