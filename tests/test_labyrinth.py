@@ -1,6 +1,8 @@
 """Labyrinth seals: leakage, pressures and swirl against roots found another way and balances; coefficients
 against the nonlinear flow around a whirling rotor and another program; inside machines."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -28,7 +30,7 @@ def four(point):
     return np.array([x[0, j] for x in (point.stiffness, point.damping) for j in (0, 1)])
 
 
-def labyrinth(on="stator", teeth=5, **change):
+def labyrinth(on: Any = "stator", teeth: Any = 5, **change):
     return jr.elements.LabyrinthSeal(**GIVEN | change, teeth=teeth, on=on)
 
 
@@ -67,9 +69,7 @@ def pressures_by_hand(given, teeth, on="stator"):
             def lacks(p, end=found[-1], c=c):
                 return tooth_flow(p, end, given["clearance"], c, RT, g) - flow
 
-            found.append(
-                brentq(lacks, found[-1], 1e3 * given["inlet_pressure"], xtol=1e-9, rtol=1e-14)
-            )
+            found.append(brentq(lacks, found[-1], 1e3 * given["inlet_pressure"], xtol=1e-9))
         return np.array(found[::-1])
 
     most = given["clearance"] * given["inlet_pressure"] / RT**0.5
@@ -135,7 +135,7 @@ def swirl_by_hand(on, speed, flow, pressures):
             drags -= stator * shear(V, p / RT, 2 * B * L / (B + L))
             return flow * (V - found[-1]) - L * drags
 
-        found.append(brentq(gains, -1e3, 1e3, xtol=1e-13, rtol=1e-14))
+        found.append(brentq(gains, -1e3, 1e3, xtol=1e-13))
     return np.array(found[1:])
 
 
@@ -264,7 +264,7 @@ def test_rest_without_swirl_has_no_cross_coupling():
     K, k, C, c = four(labyrinth(preswirl=0.0).coefficients(0.0))
     assert C > 0 and abs(k) < 1e-9 * abs(K) and abs(c) < 1e-9 * C
     ahead, back = (four(labyrinth().coefficients(x)) for x in (SPEED, -SPEED))
-    np.testing.assert_allclose(back, ahead * [1, -1, 1, -1], rtol=1e-12)
+    np.testing.assert_allclose(back, ahead * np.array([1, -1, 1, -1]), rtol=1e-12)
     assert ahead[1] > 0  # the swirl drives the forward whirl
 
 
@@ -350,7 +350,7 @@ def test_books_close():
     """In a run its work is a load's; it tells what it lets through."""
     machine = on_a_disc(labyrinth())
     start = jr.State(np.full((1, 6), 1e-4), np.array([[0.0] * 5 + [SPEED]]))
-    assert float(jr.energy_audit(machine, 0.02, 2000.0, start, step=1e-4).relative) < 1e-7
+    assert float(jr.energy_audit(machine, 0.02, 2000.0, start, step=2.5e-5).relative) < 1e-7
     run = jr.simulate(machine, 0.002, 2000.0, start)
     flow = float(labyrinth().coefficients(SPEED).leakage)
     np.testing.assert_allclose(run["seal"].leakage, flow, rtol=1e-12)
@@ -366,7 +366,7 @@ def test_books_close():
         (dict(carry_over=0.9), "carry_over must be at least 1"),
         (dict(carry_over=1.1, on="both"), "carry_over must be left out where teeth are on both"),
         (dict(pitch=9e-4), "pitch must be larger than tooth_width by three clearances"),
-        (dict(on="shaft"), "on must be 'stator', 'rotor' or 'both'"),
+        (dict(on="shaft"), "on must be 'stator' or 'rotor' or 'both'"),
     ],
 )
 def test_impossible_seals_are_refused(change, words):

@@ -215,7 +215,9 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     ) -> tuple[Vec6, ...]:
         return seal_forces(self._found(motions[-1][1][5])[1], motions)
 
-    def inertia(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "6 6"]:
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
         return seal_inertia(self._found(motions[-1][1][5])[1])
 
     def leakage(
