@@ -420,6 +420,17 @@ def test_impossible_seals_are_refused(change, words):
     given = dict(zip(NAMES, VALUES)) | change
     with pytest.raises(jr.InputError, match=words):
         pump(jr.elements.AnnularSeal(**given))
+    if "theory" not in given or given["theory"] == "short":  # nor by themselves
+        alone = jr.elements.AnnularSeal(**given)
+        for ask in (lambda: alone.coefficients(100.0), lambda: alone.support([0.0, 100.0])):
+            with pytest.raises(jr.InputError, match="`AnnularSeal`: " + words):
+                ask()
+
+
+@pytest.mark.parametrize("speeds", [[], [300.0, 100.0], [-100.0, 100.0], [100.0, np.nan]])
+def test_speeds_that_no_table_has_are_refused(seal, speeds):
+    with pytest.raises(jr.InputError, match="speeds must increase from zero up"):
+        seal.support(speeds)
 
 
 def test_laminar_flow_is_refused(seal):
