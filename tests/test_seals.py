@@ -423,7 +423,7 @@ def test_impossible_seals_are_refused(change, words):
     if "theory" not in given or given["theory"] == "short":  # nor by themselves
         alone = jr.elements.AnnularSeal(**given)
         for ask in (lambda: alone.coefficients(100.0), lambda: alone.support([0.0, 100.0])):
-            with pytest.raises(jr.InputError, match="`AnnularSeal`: " + words):
+            with pytest.raises(jr.InputError, match="`AnnularSeal`: .*" + words):
                 ask()
 
 

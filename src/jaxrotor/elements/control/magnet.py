@@ -92,8 +92,8 @@ class Electromagnets(AbstractMagnet):
             flux = float(MU_0 * self.turns * self.bias / (2 * self.gap))
             if not flux < self.saturation:
                 yield (
-                    f"bias must leave its magnets below their saturation of {float(self.saturation):g} T, but "
-                    f"has {flux:.3g} T in their gaps: no current would move the rotor; take a smaller bias"
+                    f"bias must leave its magnets below their saturation of {float(self.saturation):g} T, "
+                    f"but has {flux:.3g} T in their gaps: no current would move the rotor; take a smaller one"
                 )
 
     def coils(self, control: Scalar, share: Scalar) -> Coils:
