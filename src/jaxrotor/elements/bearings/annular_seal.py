@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.arguments import short
+from ...core.arguments import numbers
 from ...core.errors import InputError, refuse
 from ...core.parameter import known, parameter, problems
 from ...core.protocol import (
@@ -159,19 +159,13 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         """A support with these coefficients at `speeds` (rad/s, from zero up), for runs and diagrams that
         ask for them often. Differentiable.
 
-        Raises `InputError` for parameters that a machine refuses too, for speeds that do not increase from
-        zero up, and where the flow at one of them is not turbulent.
+        Raises `InputError` for parameters that a machine refuses too, for fewer than two speeds or ones
+        that do not rise from zero up, and where the flow at one of them is not turbulent.
         """
         refuse(problems(self, "AnnularSeal"))
+        speeds = numbers("rad/s", least=0.0, fewest=2, rising=True)(speeds, "speeds")
         speeds = jnp.asarray(speeds, float)
-        rows = known(speeds)
-        if rows is not None:
-            rising = rows.ndim == 1 and rows.size > 0 and np.all(np.isfinite(rows))
-            if not (rising and rows[0] >= 0 and np.all(np.diff(rows) > 0)):
-                raise InputError(
-                    f"speeds must increase from zero up (rad/s), but are {short(rows.tolist())}"
-                )
-        found = _over_speeds(self, jnp.atleast_1d(speeds))
+        found = _over_speeds(self, speeds)
         reynolds = known(found.reynolds_number)
         if reynolds is not None and len(reynolds):
             least = int(np.argmin(reynolds))
