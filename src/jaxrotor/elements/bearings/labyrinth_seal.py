@@ -6,28 +6,23 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.arguments import whole
-from ...core.errors import InputError
-from ...core.parameter import known, parameter
+from ...core.arguments import number, numbers, whole
+from ...core.errors import refuse
+from ...core.gate import takes
+from ...core.parameter import parameter, problems
 from ...core.part import option
 from ...core.protocol import AbstractAttachment, Motion, Prepared, Signalling, Vec6
 from ...core.quick import quickly_compiled
 from ...core.result_text import shows
 from .bulk_flow import Coefficients
-from .labyrinth_flow import (
-    Chambers,
-    Labyrinth,
-    chambers,
-    gas_coefficients,
-    swirl,
-    vermes,
-)
-from .seal_curve import SealCurve, seal_curve, seal_forces, square
+from .labyrinth_flow import Chambers, Labyrinth, chambers, gas_coefficients, swirl, vermes
+from .seal_curve import SealCurve, in_six, seal_curve, seal_forces, square, wide_gap
 from .support import SpeedDependentSupport
 from .whirl_dependent import WhirlDependentSupport
+
+_ROWS = numbers("rad/s", least=0.0, fewest=2, rising=True)
 
 
 @shows(stiffness="N/m", damping="N*s/m", leakage="kg/s", pressures="Pa", swirl="m/s")
@@ -104,11 +99,7 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
     signals: ClassVar[dict[str, str]] = {"leakage": "kg/s"}
 
     def faults(self) -> Iterator[str]:
-        if float(self.clearance) >= 0.05 * float(self.diameter):
-            yield (
-                f"clearance must be far smaller than the diameter (it is the radial one), but is "
-                f"{float(self.clearance):g} m of {float(self.diameter):g} m"
-            )
+        yield from wide_gap(self.clearance, self.diameter)
         if float(self.inlet_pressure) <= float(self.outlet_pressure):
             yield (
                 f"inlet_pressure must be above outlet_pressure, but is {float(self.inlet_pressure):g} Pa "
@@ -129,27 +120,31 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
                 f"by {room:g} m, with a clearance of {float(self.clearance):g} m: give carry_over"
             )
 
+    @takes(speed=number("rad/s"))
     def coefficients(self, speed: Float[Array, ""] | float) -> LabyrinthPoint:
         """At a speed of the rotor, rad/s. Differentiable.
 
-        Raises `InputError` where the speed is not finite.
+        Raises `InputError` for parameters that a machine refuses too, and where the speed is not finite.
         """
-        number = known(jnp.asarray(speed, float))
-        if number is not None and not (number.ndim == 0 and np.isfinite(number)):
-            raise InputError(f"speed must be one finite number, but is {speed}")
+        refuse(problems(self, "LabyrinthSeal"))
         return _point(self, jnp.asarray(speed, float))
 
+    @takes(speeds=_ROWS, frequencies=_ROWS)
     def support(
         self, speeds: Float[Array, " n"] | Any, frequencies: Float[Array, " m"] | Any = None
     ) -> SpeedDependentSupport | WhirlDependentSupport:
         """A support with these coefficients at `speeds` (rad/s, from zero up), for runs and diagrams that
         ask for them often; with `frequencies` of the whirl (rad/s, from zero up) as well, for modes that are
         met each at its own. Differentiable.
+
+        Raises `InputError` for parameters that a machine refuses too, and for fewer than two speeds or
+        frequencies, or ones that do not rise from zero up.
         """
-        speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
+        refuse(problems(self, "LabyrinthSeal"))
+        speeds = jnp.asarray(speeds, float)
         if frequencies is None:
             return SpeedDependentSupport(speeds, *_over_speeds(self, speeds))
-        whirls = jnp.atleast_1d(jnp.asarray(frequencies, float))
+        whirls = jnp.asarray(frequencies, float)
         return WhirlDependentSupport(speeds, whirls, *_over_both(self, speeds, whirls))
 
     def _labyrinth(self) -> Labyrinth:
@@ -243,8 +238,6 @@ def _tables(labyrinth: LabyrinthSeal, speeds: Array, whirl: Array | None) -> tup
 
     def one(speed: Array) -> tuple[Array, Array]:
         found = labyrinth._found(seal, at, speed, whirl)[1]
-        pairs = (square(found.K, found.k), square(found.C, found.c))
-        stiffness, damping = (jnp.pad(pair, (0, 4)) for pair in pairs)
-        return stiffness, damping
+        return in_six(square(found.K, found.k)), in_six(square(found.C, found.c))
 
     return jax.lax.map(one, speeds)

@@ -1,6 +1,7 @@
-"""What stands for a seal within a solve: its coefficients as curves over the speed, made once."""
+"""What seals of liquid and of gas share: the force of their coefficients, and what stands for them within a
+solve: the coefficients as curves over the speed, made once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -69,10 +70,22 @@ def seal_forces(found: Coefficients, motions: tuple[Motion, ...]) -> tuple[Vec6,
 
 
 def seal_inertia(found: Coefficients) -> Float[Array, "6 6"] | None:
-    if found.M is None:
-        return None
-    return jnp.pad(square(found.M, found.m), (0, 4))
+    return None if found.M is None else in_six(square(found.M, found.m))
 
 
 def square(direct: Array, cross: Array) -> Float[Array, "2 2"]:
     return jnp.stack([jnp.stack([direct, cross]), jnp.stack([-cross, direct])])
+
+
+def in_six(pairs: Float[Array, "*n 2 2"]) -> Float[Array, "*n 6 6"]:
+    """What acts in x and y among all six coordinates."""
+    return jnp.pad(pairs, ((0, 0),) * (pairs.ndim - 2) + ((0, 4),) * 2)
+
+
+def wide_gap(clearance: Array, diameter: Array) -> Iterator[str]:
+    """The fault of a gap for which the flow is not thin."""
+    if float(clearance) >= 0.05 * float(diameter):
+        yield (
+            f"clearance must be far smaller than the diameter (it is the radial one), but is "
+            f"{float(clearance):g} m of {float(diameter):g} m"
+        )
