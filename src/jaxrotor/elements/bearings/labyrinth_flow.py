@@ -18,6 +18,11 @@ chamber. A whirl of small amplitude, `x + i y = q exp(i f t)`, makes
 `h = clearance - Re(q exp(i (f t - theta)))` and everything of first order as `Re(... exp(i (f t - theta)))`:
 a linear system of the chambers, whose pressures give `-F/q = K + f c + i (f C - k)`.
 
+Of Childs & Scharrer (after Iwatsubo) are both balances, Neumann's formula with Chaplygin's coefficient, and
+the walls with Blasius's friction. Not of them: the carry-over, Vermes's, which in a whirl stays that of the
+mean clearance; the limit at Mach 1, put to every tooth; the friction near rest; and that all laws are
+differentiated automatically, for circular whirls of one frequency.
+
 Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Iwatsubo, NASA CP-2133 (1980) 139;
 Vermes, J. Eng. Power 83 (1961) 161; Childs, Turbomachinery Rotordynamics (1993), ch. 5.
 """
