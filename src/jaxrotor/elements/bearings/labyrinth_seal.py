@@ -182,12 +182,7 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
         return velocity, gas_coefficients(seal, at, velocity, entry, speed, whirl)
 
     def prepared(self) -> SealCurve:
-        seal = self._labyrinth()
-        at = chambers(seal)
-        # rows stand close near rest, where friction turns from linear to the power 1.75 of the speed; the
-        # last are at eighteen times the speed of sound
-        scale = seal.gas**0.5 / seal.radius / 600
-        return seal_curve(lambda speed: self._found(seal, at, speed)[1], scale)
+        return _curve(self)
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
@@ -204,6 +199,17 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
 
 def _leakage(seal: Labyrinth, at: Chambers) -> Array:
     return 2 * jnp.pi * seal.radius * at.flow
+
+
+@quickly_compiled
+def _curve(labyrinth: LabyrinthSeal) -> SealCurve:
+    """(A program of its own within a solve's: traced once, however often that asks for it.)"""
+    seal = labyrinth._labyrinth()
+    at = chambers(seal)
+    # rows stand close near rest, where friction turns from linear to the power 1.75 of the speed; the last
+    # are at eighteen times the speed of sound
+    scale = seal.gas**0.5 / seal.radius / 600
+    return seal_curve(lambda speed: labyrinth._found(seal, at, speed)[1], scale)
 
 
 @quickly_compiled
