@@ -65,13 +65,13 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
       They depend on it, for the gas is compressible: `support` with `frequencies` has them over both, for
       modes each at its own.
 
-    The leakage is Neumann's, the temperature one; where the pressure falls most the gas reaches Mach 1, and
+    The leakage is Neumann's, at one temperature; where the pressure falls most the gas reaches Mach 1, and
     no more flows however low the pressure behind it. One control volume a chamber stands for its flow; no
     measured seal has been compared here. `support(speeds)` is a table of it. It keeps no account of its
     energy: its work counts as that of a load in the energy audit.
 
-    Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325; Iwatsubo, NASA CP-2133 (1980) 139;
-    Vermes, J. Eng. Power 83 (1961) 161.
+    Sources: Childs & Scharrer, J. Eng. Gas Turbines Power 108 (1986) 325, after Iwatsubo, NASA CP-2133
+    (1980) 139; but for the carry-over: Vermes, J. Eng. Power 83 (1961) 161.
     """
 
     diameter: Float[Array, ""] = parameter("m", positive=True)
