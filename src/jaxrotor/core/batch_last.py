@@ -1,8 +1,9 @@
 """A batch along the last axis: members lie side by side, so that a processor reckons with several of them
 in one instruction.
 
-`jax.vmap` puts the batch first: a member's numbers are short rows then, too short for that. Here a traced function is gone through operation by operation with the batch behind all axes;
-an operation that is not known here goes by `jax.vmap`, to its order and back.
+`jax.vmap` puts the batch first: a member's numbers are short rows then, too short for that. Here a traced
+function is gone through operation by operation with the batch behind all axes; an operation that is not known
+here goes by `jax.vmap`, to its order and back.
 """
 
 from collections.abc import Callable, Sequence
