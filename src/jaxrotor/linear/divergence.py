@@ -31,8 +31,8 @@ def warn_of_divergence(model: LinearModel) -> None:
     station, coordinate = model.coordinates[int(np.argmax(shape))]
     warnings.warn(
         f"at {float(model.speed):.6g} rad/s the machine leaves its position without swinging, "
-        f"`{station}.{coordinate}` most, {rates[most]:.3g} 1/s: it has buckled, or a negative stiffness pushes "
-        "it. Modes and critical speeds are those of what swings; `linearize(machine).growth` and "
+        f"`{station}.{coordinate}` most, {rates[most]:.3g} 1/s: it has buckled, or a negative stiffness "
+        "pushes it. Modes and critical speeds are those of what swings; `linearize(machine).growth` and "
         "`buckling_factor` tell the rest",
         stacklevel=4,
     )
