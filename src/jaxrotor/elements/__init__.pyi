@@ -1,4 +1,5 @@
 from .bearings.annular_seal import AnnularSeal as AnnularSeal, SealPoint as SealPoint
+from .bearings.fixed_pads import FixedPadBearing as FixedPadBearing
 from .bearings.journal import (
     AbstractFilm as AbstractFilm,
     JournalBearing as JournalBearing,
@@ -6,6 +7,7 @@ from .bearings.journal import (
     WorkingPoint as WorkingPoint,
 )
 from .bearings.law_support import LawSupport as LawSupport
+from .bearings.pad_point import PadPoint as PadPoint
 from .bearings.radial import RadialBearing as RadialBearing
 from .bearings.rolling import (
     AbstractRaceDefect as AbstractRaceDefect,

@@ -10,6 +10,7 @@ import numpy as np
 from ..core.kinematics import COORDINATES
 from ..core.quick import quickly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
+from ..elements.bearings.fixed_pads import FixedPadBearing
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
@@ -17,7 +18,7 @@ from .coordinates import coordinate_order
 from .steady import Steady
 from .whirling import at_whirl
 
-_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal)
+_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal, FixedPadBearing)
 
 
 class Tables(NamedTuple):
@@ -100,9 +101,14 @@ def tables_of(machine: Machine) -> Tables | None:
         turning.append(station)
     if not names:
         return None
-    parts: Any = tuple(elements[name] for name in names)
+    parts: Any = tuple(_solved(elements[name]) for name in names)
     rest = machine.set({name: nothing for name in names})
     return Tables(rest, parts, np.array(places), np.array(turning))
+
+
+def _solved(part: Any) -> Any:
+    """What takes its equilibria once, not at each speed that is asked for."""
+    return part.support() if isinstance(part, FixedPadBearing) else part
 
 
 @quickly_compiled

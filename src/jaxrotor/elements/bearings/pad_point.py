@@ -1,0 +1,80 @@
+"""Where a journal runs in a bearing of pads, and what it feels there."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ...core.result_text import shows
+from .pads import Balance, Flow, Pads
+
+
+@shows(
+    without=("pressures", "films", "angles", "forces"),
+    eccentricity="m",
+    attitude_angle="rad",
+    stiffness="N/m",
+    damping="N*s/m",
+    tilts="rad",
+    film="m",
+    peak_pressure="Pa",
+    leakage="m^3/s",
+    power="W",
+)
+class PadPoint(NamedTuple):
+    """A bearing of pads under a steady load: the force on the journal for small motions is
+    `-stiffness d - damping d'`, rows and columns (x, y).
+
+    `eccentricity`: (2,) m, of the journal from the bearing's centre; `eccentricity_ratio` over the clearance;
+    `attitude_angle`, rad, from the load to it in the sense of turning. `sommerfeld`: mu N L D (R/c)²/W, N in
+    turns per second. `stiffness`: (2, 2) N/m, `damping`: (2, 2) N·s/m. `tilts`: (p,) rad, of the pads, zero
+    where they are fixed. `film`: the least height, m. `peak_pressure`, Pa. `leakage`: out of both ends,
+    m³/s. `power`: what shear takes, W.
+
+    For each pad, from edge to edge (p, n + 1): `pressures` in the middle of the length, Pa, and `films`, m, at
+    `angles`, rad from x towards y. `forces`: (p, 2) N, of each pad on the journal.
+    """
+
+    eccentricity: Float[Array, "2"]
+    eccentricity_ratio: Array
+    attitude_angle: Array
+    sommerfeld: Array
+    stiffness: Float[Array, "2 2"]
+    damping: Float[Array, "2 2"]
+    tilts: Float[Array, " p"]
+    film: Array
+    peak_pressure: Array
+    leakage: Array
+    power: Array
+    pressures: Float[Array, "p n"]
+    films: Float[Array, "p n"]
+    angles: Float[Array, "p n"]
+    forces: Float[Array, "p 2"]
+
+
+def pad_point(
+    pads: Pads, load: Array, speed: Array, balance: Balance, K: Array, C: Array, flow: Flow
+) -> PadPoint:
+    e, W = balance.place.journal, jnp.sqrt(load @ load)
+    ratio = jnp.sqrt(e @ e) / pads.unit
+    sense = jnp.sign(speed)
+    angle = sense * jnp.arctan2(load[0] * e[1] - load[1] * e[0], load @ e)
+    turns = jnp.abs(speed) / (2 * jnp.pi)
+    number = pads.viscosity * turns * pads.length * 2 * pads.radius * (pads.radius / pads.unit) ** 2
+    return PadPoint(
+        e,
+        ratio,
+        angle,
+        number / W,
+        K,
+        C,
+        balance.place.tilts,
+        jnp.min(flow.films),
+        jnp.max(flow.pressures),
+        flow.leakage,
+        flow.power,
+        flow.pressures,
+        flow.films,
+        flow.angles,
+        flow.forces,
+    )
