@@ -43,7 +43,7 @@ class FixedPadBearing(AbstractAttachment, Prepared, Tabulated):
       arc, from the edge that the turning meets first, 0 to 1: half for symmetrical lobes, 1 for offset halves.
       `arc`, `preload` and `offset` are one number, or one for each pad.
     - `around` and `along`: intervals of the grid over a pad and over half its length, even. Those by default
-      are good to 2e-3 of forces and coefficients up to an eccentricity ratio of 0.9, pads of 160 degrees.
+      are good to 1e-3 of the place and half a percent of coefficients, of pads of 160 degrees.
 
     Grooves and ends are at ambient pressure, the oil is laminar and of one viscosity, no pressure is below
     ambient and a film ends where its slope vanishes (Reynolds'). Damping is that of small motions; torque
@@ -70,7 +70,7 @@ class FixedPadBearing(AbstractAttachment, Prepared, Tabulated):
     offset: Float[Array, ""] | Float[Array, " p"] = parameter(
         nonnegative=True, shapes=((), (None,)), default=0.5
     )
-    around: int = option(even, default=64)
+    around: int = option(even, default=128)
     along: int = option(even, default=6)
 
     def faults(self) -> Iterator[str]:

@@ -163,13 +163,16 @@ def leakage(
     return pad.arc / around * jnp.sum(jnp.where(found.free[:, -1], out, 0.0))
 
 
-def shear(pad: Pad, found: Film, eps: Array, grid: tuple[int, int]) -> Float[Array, ""]:
+def shear(
+    pad: Pad, found: Film, eps: Array, sense: Array, grid: tuple[int, int]
+) -> Float[Array, ""]:
     """The integral of 1/H over the pad and its length, where the film is broken of the part of it that is
-    left there: what had passed where it broke, in streamers."""
+    left there: what had passed where it broke, in streamers. `sense`: of turning, 1 or -1."""
     around, length = grid
     h = heights(pad, eps, around)
     free = jnp.pad(found.free, ((1, 1), (0, 1)))
-    free = free.at[:, -1].set(free[:, -2])
+    free = jnp.concatenate([free[:, :-1], free[:, -2:-1]], axis=1)
+    h, free = (jnp.where(sense < 0, x[::-1], x) for x in (h, free))
     index = jnp.arange(around + 1)[:, None]
     broke = jax.lax.cummax(jnp.where(free, index, 0), axis=0)
     left = jnp.where(free, 1.0, jnp.minimum(h[broke] / h[:, None], 1.0))

@@ -222,7 +222,7 @@ def looked_at(pads: Pads, balance: Balance, spin: Array, grid: Grid) -> tuple[Sl
 
 def _flow(pads: Pads, centre, spin, grid: Grid, eps, w, found: Film, f) -> Flow:
     out = jax.vmap(lambda pad, f, e, w: leakage(pad, f, e, w, grid))(pads.each, found, eps, w)
-    sheared = jax.vmap(lambda pad, f, e: shear(pad, f, e, grid))(pads.each, found, eps)
+    sheared = jax.vmap(lambda pad, f, e: shear(pad, f, e, jnp.sign(spin), grid))(pads.each, found, eps)
     R, c = pads.radius, pads.clearance
     torque = jnp.sum(pads.viscosity * spin * R**3 * pads.length / c * sheared)
     torque += 0.5 * jnp.sum(f * crossed(centre))
