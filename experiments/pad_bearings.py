@@ -86,7 +86,6 @@ def main() -> None:
         words = f"whirls from {unstable[0] / RPM:.0f} rpm on" if len(unstable) else "does not whirl"
         print(f"{name}: {words}; {float(point.power):.0f} W, {float(point.leakage) * 6e4:.1f} l/min")
     left.axhline(0.0, color="grey", lw=1)
-    left.set_ylim(-0.3, 0.6)
     label(left, "speed, rpm", "damping ratio of the first forward whirl")
     legend(left)
     turn = np.linspace(0, 2 * np.pi, 200)
