@@ -22,6 +22,7 @@ from .bearings.support import (
     LinearSupport as LinearSupport,
     SpeedDependentSupport as SpeedDependentSupport,
 )
+from .bearings.tilting_pads import TiltingPadBearing as TiltingPadBearing
 from .bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .control.actuator import Actuator as Actuator
 from .control.amplifier import CurrentAmplifier as CurrentAmplifier

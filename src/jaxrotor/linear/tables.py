@@ -12,13 +12,15 @@ from ..core.quick import quickly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
 from ..elements.bearings.fixed_pads import FixedPadBearing
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..elements.bearings.tilting_pads import TiltingPadBearing
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
 from .coordinates import coordinate_order
 from .steady import Steady
 from .whirling import at_whirl
 
-_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal, FixedPadBearing)
+_PADS = (FixedPadBearing, TiltingPadBearing)
+_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal, *_PADS)
 
 
 class Tables(NamedTuple):
@@ -108,7 +110,7 @@ def tables_of(machine: Machine) -> Tables | None:
 
 def _solved(part: Any) -> Any:
     """What takes its equilibria once, not at each speed that is asked for."""
-    return part.support() if isinstance(part, FixedPadBearing) else part
+    return part.support() if isinstance(part, _PADS) else part
 
 
 @quickly_compiled

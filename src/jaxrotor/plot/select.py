@@ -9,9 +9,9 @@ from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
-from ..elements.bearings.fixed_pads import FixedPadBearing
 from ..elements.bearings.journal import AbstractFilm
 from ..elements.bearings.law_support import LawSupport
+from ..elements.bearings.pad_bearing import AbstractPadBearing
 from ..elements.bearings.radial import RadialBearing
 from ..elements.bearings.rolling import RollingBearing
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
@@ -80,7 +80,7 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
 _SUPPORTS = (
     AbstractFilm,
     AnnularSeal,
-    FixedPadBearing,
+    AbstractPadBearing,
     LawSupport,
     LinearSupport,
     RadialBearing,

@@ -1,30 +1,24 @@
 """Journal bearings of fixed pads: grooved, elliptical, of three and four lobes, offset halves."""
 
-from collections.abc import Iterator
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.arguments import numbers
-from ...core.errors import InputError, refuse
-from ...core.parameter import known, parameter, problems
+from ...core.parameter import parameter
 from ...core.part import option
-from ...core.protocol import AbstractAttachment, Motion, Prepared, Tabulated, Vec6
-from ...core.quick import lightly_compiled
-from .pad_faults import even, pad_faults
+from .pad_bearing import AbstractPadBearing, point_of
+from .pad_faults import even
 from .pad_point import PadPoint, pad_point
-from .pads import Pads, balanced, looked_at
+from .pads import Slopes, balanced, looked_at
 from .support import SpeedDependentSupport
 
 _HALVES = (-1.5707963267948966, 1.5707963267948966)
 _ARC = 2.792526803190927  # 160 degrees
 
 
-class FixedPadBearing(AbstractAttachment, Prepared, Tabulated):
+class FixedPadBearing(AbstractPadBearing):
     """A journal bearing of fixed pads: with axial grooves, elliptical (lemon), of three or four lobes, with
     offset halves. Reynolds' equation on each pad, of finite length; linear about the equilibrium under a load.
 
@@ -73,56 +67,25 @@ class FixedPadBearing(AbstractAttachment, Prepared, Tabulated):
     around: int = option(even, default=128)
     along: int = option(even, default=6)
 
-    def faults(self) -> Iterator[str]:
-        yield from pad_faults(self)
+    def middles(self) -> Float[Array, " p"]:
+        return self.pads
 
-    def _pads(self) -> Pads:
-        arc, preload, offset = (
-            jnp.broadcast_to(x, self.pads.shape) for x in (self.arc, self.preload, self.offset)
-        )
-        pivot = self.pads + (offset - 0.5) * arc
-        own = self.clearance / (1 - preload)
-        return Pads(
-            self.pads,
-            pivot,
-            arc,
-            own,
-            preload,
-            0.5 * self.diameter,
-            self.length,
-            self.viscosity,
-            self.clearance,
-        )
+    def found_at(self, load: Array, speed: Array) -> tuple[PadPoint, Array]:
+        pads, grid = self.bore(), (self.around, self.along)
+        found = balanced(pads, load, speed, grid)
+        every = jnp.ones(self.pads.shape, bool)
+        slopes, flow = looked_at(pads, found.place, found.known, every, speed, grid)
+        own = Slopes(slopes.stiffness[:2, :2], slopes.damping[:2, :2])
+        return pad_point(pads, load, speed, found.place, own, own, flow), found.missed
 
-    def _at(self, load: Array, speed: Array) -> tuple[PadPoint, Array]:
-        """And how much of the load is missed."""
-        pads, grid = self._pads(), (self.around, self.along)
-        found = balanced(pads, load, speed, grid, tilting=False)
-        slopes, flow = looked_at(pads, found, speed, grid)
-        K, C = slopes.stiffness[:2, :2], slopes.damping[:2, :2]
-        return pad_point(pads, load, speed, found, K, C, flow), found.missed
+    def tabulated(self) -> tuple[SpeedDependentSupport, Array]:
+        def row(speed):
+            point, missed = point_of(self, self.load, speed)
+            return point.stiffness, point.damping, missed
 
-    def working_point(
-        self, speed: Float[Array, ""] | float, load: Float[Array, "2"] | Any = None
-    ) -> PadPoint:
-        """Equilibrium at a `speed` of the journal (rad/s) under its `load`, or another one, (x, y) N.
-        Differentiable.
-
-        Raises `InputError` for parameters that a machine refuses too, where speed or load is not finite or
-        zero, and where no equilibrium is found.
-        """
-        refuse(problems(self, "FixedPadBearing"))
-        given = self.load if load is None else jnp.asarray(load, float)
-        speed = jnp.asarray(speed, float)
-        for name, value, size in (("load", given, 1), ("speed", speed, 0)):
-            number = known(value)
-            if number is not None and not (
-                number.ndim == size and np.isfinite(number).all() and np.any(number != 0)
-            ):
-                raise InputError(f"{name} must be finite and not zero, but is {number}")
-        point, missed = _point(self, given, speed)
-        self._borne(missed, speed)
-        return point
+        K, C, missed = jax.lax.map(row, self.speeds)
+        wide = ((0, 0), (0, 4), (0, 4))
+        return SpeedDependentSupport(self.speeds, jnp.pad(K, wide), jnp.pad(C, wide)), missed
 
     def support(self, speeds: Float[Array, " n"] | Any = None) -> SpeedDependentSupport:
         """A support with these coefficients at its `speeds`, or others, rad/s. Differentiable.
@@ -130,53 +93,4 @@ class FixedPadBearing(AbstractAttachment, Prepared, Tabulated):
         Raises `InputError` for parameters that a machine refuses too, for fewer than two speeds or ones that
         do not rise from above zero, and where no equilibrium is found at one of them.
         """
-        refuse(problems(self, "FixedPadBearing"))
-        if speeds is not None:
-            speeds = numbers("rad/s", least=0.0, fewest=2, rising=True)(speeds, "speeds")
-            self = eqx.tree_at(lambda b: b.speeds, self, jnp.asarray(speeds, float))
-            refuse(problems(self, "FixedPadBearing"))
-        found, missed = _over_speeds(self)
-        number = known(missed)
-        if number is not None:
-            worst = int(np.argmax(np.where(np.isnan(number), np.inf, number)))
-            self._borne(missed[worst], self.speeds[worst])
-        return found
-
-    def _borne(self, missed: Array, speed: Array) -> None:
-        number = known(missed)
-        if number is not None and not number < 1e-6:
-            raise InputError(
-                f"load must be one that the pads bear, but no equilibrium is found at a speed of "
-                f"{float(speed):g} rad/s: a smaller load, a higher speed, or pads where the load points"
-            )
-
-    def prepared(self) -> SpeedDependentSupport:
-        return _rows(self)[0]
-
-    def forces(
-        self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
-    ) -> tuple[Vec6, ...]:
-        return self.prepared().forces(t, motions, state)
-
-    def looked_up(self, motions: tuple[Motion, ...]) -> tuple[Array, Array, str]:
-        return jnp.abs(motions[-1][1][5]), self.speeds, "rad/s"
-
-
-@lightly_compiled
-def _point(bearing: FixedPadBearing, load: Array, speed: Array) -> tuple[PadPoint, Array]:
-    point, missed = bearing._at(load, speed)
-    met = missed < 1e-6
-    return jax.tree.map(lambda x: jnp.where(met, x, jnp.nan), point), missed
-
-
-def _rows(bearing: FixedPadBearing) -> tuple[SpeedDependentSupport, Array]:
-    def row(speed):
-        point, missed = _point(bearing, bearing.load, speed)
-        return point.stiffness, point.damping, missed
-
-    K, C, missed = jax.lax.map(row, bearing.speeds)
-    wide = ((0, 0), (0, 4), (0, 4))
-    return SpeedDependentSupport(bearing.speeds, jnp.pad(K, wide), jnp.pad(C, wide)), missed
-
-
-_over_speeds = lightly_compiled(_rows)
+        return self.at_speeds(speeds)

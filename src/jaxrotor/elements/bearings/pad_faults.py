@@ -33,6 +33,9 @@ def pad_faults(bearing: Any) -> Iterator[str]:
         yield "load must not be zero: about it the bearing is linear"
     if len(bearing.speeds) < 2 or not np.all(np.diff(bearing.speeds) > 0):
         yield "speeds must be two at least and increase"
+    waves = getattr(bearing, "frequencies", None)
+    if waves is not None and (len(waves) < 2 or not np.all(np.diff(waves) > 0)):
+        yield "frequencies must be two at least and increase"
     count = len(bearing.pads)
     if not count:
         yield "pads must have an angle for each pad, but is empty"
@@ -49,8 +52,9 @@ def pad_faults(bearing: Any) -> Iterator[str]:
     if np.any(np.asarray(bearing.offset) > 1):
         yield f"offset must be 0 to 1, but is {float(np.max(bearing.offset)):g}"
     arc = np.broadcast_to(bearing.arc, count)
-    order = np.argsort(np.mod(bearing.pads, 2 * np.pi))
-    middles, arcs = np.mod(bearing.pads, 2 * np.pi)[order], arc[order]
+    middles = np.mod(np.asarray(bearing.middles()), 2 * np.pi)
+    order = np.argsort(middles)
+    middles, arcs = middles[order], arc[order]
     ends, begins = middles + arcs / 2, middles - arcs / 2
     after = np.append(begins[1:], begins[0] + 2 * np.pi)
     if np.any(ends > after + _TOUCH):

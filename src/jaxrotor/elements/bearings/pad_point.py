@@ -6,11 +6,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.result_text import shows
-from .pads import Balance, Flow, Pads
+from .pads import Flow, Pads, Place, Slopes
 
 
 @shows(
-    without=("pressures", "films", "angles", "forces"),
+    without=("full_stiffness", "full_damping", "pressures", "films", "angles", "forces"),
     eccentricity="m",
     attitude_angle="rad",
     stiffness="N/m",
@@ -27,7 +27,9 @@ class PadPoint(NamedTuple):
 
     `eccentricity`: (2,) m, of the journal from the bearing's centre; `eccentricity_ratio` over the clearance;
     `attitude_angle`, rad, from the load to it in the sense of turning. `sommerfeld`: mu N L D (R/c)²/W, N in
-    turns per second. `stiffness`: (2, 2) N/m, `damping`: (2, 2) N·s/m. `tilts`: (p,) rad, of the pads, zero
+    turns per second. `stiffness`: (2, 2) N/m, `damping`: (2, 2) N·s/m, of tilting pads in synchronous whirl.
+    `full_stiffness`, `full_damping`: of the journal and the tilts of pads that are loaded (m and rad, N and
+    N·m), of which the pads' moments vanish; of fixed pads the same as those. `tilts`: (p,) rad, of the pads, zero
     where they are fixed. `film`: the least height, m. `peak_pressure`, Pa. `leakage`: out of both ends,
     m³/s. `power`: what shear takes, W.
 
@@ -41,6 +43,8 @@ class PadPoint(NamedTuple):
     sommerfeld: Array
     stiffness: Float[Array, "2 2"]
     damping: Float[Array, "2 2"]
+    full_stiffness: Float[Array, "k k"]
+    full_damping: Float[Array, "k k"]
     tilts: Float[Array, " p"]
     film: Array
     peak_pressure: Array
@@ -53,9 +57,9 @@ class PadPoint(NamedTuple):
 
 
 def pad_point(
-    pads: Pads, load: Array, speed: Array, balance: Balance, K: Array, C: Array, flow: Flow
+    pads: Pads, load: Array, speed: Array, place: Place, felt: Slopes, full: Slopes, flow: Flow
 ) -> PadPoint:
-    e, W = balance.place.journal, jnp.sqrt(load @ load)
+    e, W = place.journal, jnp.sqrt(load @ load)
     ratio = jnp.sqrt(e @ e) / pads.unit
     sense = jnp.sign(speed)
     angle = sense * jnp.arctan2(load[0] * e[1] - load[1] * e[0], load @ e)
@@ -66,9 +70,9 @@ def pad_point(
         ratio,
         angle,
         number / W,
-        K,
-        C,
-        balance.place.tilts,
+        *felt,
+        *full,
+        place.tilts,
         jnp.min(flow.films),
         jnp.max(flow.pressures),
         flow.leakage,

@@ -16,8 +16,6 @@ Grid = tuple[int, int]
 _MET, _STEPS = 1e-11, 80
 # Of its height, what a step may take from the film.
 _THINNER = 0.6
-# Of the load over the clearance, a spring that holds a tilting pad which bears nothing.
-_HELD = 1e-7
 
 
 class Pads(NamedTuple):
@@ -72,7 +70,7 @@ def centres(pads: Pads, place: Place) -> Float[Array, "p 2"]:
     return place.journal + drawn + (pads.radius * place.tilts)[:, None] * crossed(towards)
 
 
-def _local(pads: Pads, centre: Array, rate: Array, spin: Array) -> tuple[Array, Array]:
+def local(pads: Pads, centre: Array, rate: Array, spin: Array) -> tuple[Array, Array]:
     """eps and w of each pad, seen from its middle."""
     eps = _turned(centre / pads.clearance[:, None], -pads.middle)
     return eps, _turned(rate - 0.5 * spin * crossed(centre), -pads.middle)
@@ -83,8 +81,16 @@ def known_at(
 ) -> Known:
     """Where the films are whole, of a journal and pads that rest."""
     centre = centres(pads, place)
-    eps, w = _local(pads, centre, jnp.zeros_like(centre), spin)
+    eps, w = local(pads, centre, jnp.zeros_like(centre), spin)
     return jax.vmap(lambda pad, e, w, f: whole(pad, e, w, grid, f))(pads.each, eps, w, first)
+
+
+def pad_forces(
+    pads: Pads, centre: Array, rate: Array, spin: Array, grid: Grid, known: Known
+) -> Float[Array, "p 2"]:
+    """On the journal, N, of each pad; `centre` and `rate` (p, 2) of the journal seen from each, m and m/s."""
+    eps, w = local(pads, centre, rate, spin)
+    return _pushed(pads, _films(pads, eps, w, grid, known), grid)
 
 
 def _films(pads: Pads, eps: Array, w: Array, grid: Grid, known: Known) -> Film:
@@ -99,28 +105,22 @@ def _pushed(pads: Pads, found: Film, grid: Grid) -> Float[Array, "p 2"]:
 
 
 def _placed(pads: Pads, x: Array) -> Place:
-    tilts = x[2:] if x.shape[0] > 2 else jnp.zeros_like(pads.arc)
-    return Place(pads.unit * x[:2], pads.unit / pads.radius * tilts)
+    return Place(pads.unit * x, jnp.zeros_like(pads.arc))
 
 
 def _missing(
     pads: Pads, x: Array, load: Array, spin: Array, grid: Grid, known: Known
-) -> Float[Array, " k"]:
-    """Over the load: what the film does not bear, and what turns each pad about its pivot, over the radius."""
+) -> Float[Array, "2"]:
+    """What the film does not bear, over the load."""
     centre = centres(pads, _placed(pads, x))
-    eps, w = _local(pads, centre, jnp.zeros_like(centre), spin)
-    f = _pushed(pads, _films(pads, eps, w, grid, known), grid)
-    size = jnp.sqrt(load @ load)
-    rest = (jnp.sum(f, axis=0) + load) / size
-    if x.shape[0] == 2:
-        return rest
-    turning = jnp.sum(f * crossed(outward(pads.pivot)), axis=1) / size
-    return jnp.concatenate([rest, turning - _HELD * x[2:]])
+    f = pad_forces(pads, centre, jnp.zeros_like(centre), spin, grid, known)
+    return (jnp.sum(f, axis=0) + load) / jnp.sqrt(load @ load)
 
 
-def balanced(pads: Pads, load: Array, spin: Array, grid: Grid, tilting: bool) -> Balance:
+def balanced(pads: Pads, load: Array, spin: Array, grid: Grid) -> Balance:
     """Equilibrium, by Newton's method; its derivatives are those of the equations that it solves."""
-    start = _start(pads, load, spin, tilting)
+    towards = load / jnp.sqrt(load @ load)
+    start = 0.2 * (towards + jnp.sign(spin) * crossed(towards))
     x, known, missed = _found(*jax.lax.stop_gradient((pads, load, spin)), grid, start)
 
     def tangent(linear, y):
@@ -132,20 +132,12 @@ def balanced(pads: Pads, load: Array, spin: Array, grid: Grid, tilting: bool) ->
     return Balance(_placed(pads, x), known, missed)
 
 
-def _start(pads: Pads, load: Array, spin: Array, tilting: bool) -> Array:
-    towards = load / jnp.sqrt(load @ load)
-    if not tilting:
-        return 0.2 * (towards + jnp.sign(spin) * crossed(towards))
-    # each pad with its trailing edge nearer than its leading one
-    return jnp.concatenate([0.3 * towards, 0.2 * jnp.sign(spin) * jnp.ones_like(pads.arc)])
-
-
 def _found(pads: Pads, load: Array, spin: Array, grid: Grid, start: Array):
     """In units of the clearance; where the films are whole; how much of the load is missed."""
 
     def height(x):
         centre = centres(pads, _placed(pads, x))
-        eps, _ = _local(pads, centre, jnp.zeros_like(centre), spin)
+        eps, _ = local(pads, centre, jnp.zeros_like(centre), spin)
         each = jax.vmap(lambda pad, e: heights(pad, e, grid[0]))(pads.each, eps)
         return each * pads.clearance[:, None]
 
@@ -196,18 +188,21 @@ class Flow(NamedTuple):
     forces: Array
 
 
-def looked_at(pads: Pads, balance: Balance, spin: Array, grid: Grid) -> tuple[Slopes, Flow]:
-    """What is felt of small motions, exact at the equilibrium; and the flow there."""
-    centre = centres(pads, balance.place)
+def looked_at(
+    pads: Pads, place: Place, known: Known, loaded: Array, spin: Array, grid: Grid
+) -> tuple[Slopes, Flow]:
+    """What is felt of small motions, exact at the equilibrium, of pads that are `loaded`, (p,); and the flow."""
+    centre = centres(pads, place)
 
     def moved(by):
         # each pad answers to its own centre alone
-        eps, w = _local(pads, centre + by[:2], jnp.zeros_like(centre) + by[2:], spin)
-        found = _films(pads, eps, w, grid, balance.known)
+        eps, w = local(pads, centre + by[:2], jnp.zeros_like(centre) + by[2:], spin)
+        found = _films(pads, eps, w, grid, known)
         f = _pushed(pads, found, grid)
         return f, (eps, w, found, f)
 
     both, aux = jax.jacfwd(moved, has_aux=True)(jnp.zeros(4))  # (p, 2, 4)
+    both = jnp.where(loaded[:, None, None], both, 0.0)
     across = pads.radius * crossed(outward(pads.pivot))
 
     def gathered(k):
