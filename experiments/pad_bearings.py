@@ -1,13 +1,13 @@
 """The same rotor in bearings of different bores: which of them keeps it from whirling.
 
-A flexible rotor, 800 kg at its middle, in two bearings alike. Each bore is solved under half the weight from
-600 to 9000 rpm: two axial grooves, an ellipse, three lobes, offset halves. Left: damping of the first
+A flexible rotor, 800 kg, in two bearings alike. Each bore is solved under half the weight from 600 to 9000
+rpm: two axial grooves, an ellipse, three lobes, offset halves, four tilting pads. Left: damping of the first
 forward whirl; below zero the rotor whirls by itself. Middle: where the journal runs, from the slowest speed
 (lowest) to the fastest. Right: pressure on the pads at 3000 rpm, outward from the bore.
 
     python experiments/pad_bearings.py [--out results/pad_bearings]
 
-Sources: Lund & Thomsen (1978), Someya (1989) for the bores; Lund, J. Eng. Ind. 96 (1974) 509 for damped whirl.
+Sources: Lund & Thomsen (1978) and Someya (1989) for the bores; Lund, J. Eng. Ind. 96 (1974) 509 for whirl.
 """
 
 import argparse
@@ -29,19 +29,25 @@ from jaxrotor.plot.style import COLOURS, figure, label, legend
 RPM, DEG = np.pi / 30, np.pi / 180
 SPEEDS = np.linspace(600 * RPM, 9000 * RPM, 15)
 MASS = 800.0
-OIL = dict(diameter=0.1, length=0.05, viscosity=0.02, load=(0.0, -0.5 * MASS * 9.81), speeds=SPEEDS)
+OIL = dict(diameter=0.1, length=0.05, clearance=1e-4, viscosity=0.02)
+OIL |= dict(load=(0.0, -0.5 * MASS * 9.81), speeds=SPEEDS)
 HALVES, THREE = (-90 * DEG, 90 * DEG), (-90 * DEG, 30 * DEG, 150 * DEG)
+CORNERS = (-135 * DEG, -45 * DEG, 45 * DEG, 135 * DEG)
 # all of the same clearance where they are nearest, so the same shaft fits
 BORES = {
     "two axial grooves": dict(pads=HALVES, arc=160 * DEG),
     "elliptical, preload 0.5": dict(pads=HALVES, arc=160 * DEG, preload=0.5),
     "three lobes, preload 0.5": dict(pads=THREE, arc=100 * DEG, preload=0.5),
     "offset halves, preload 0.5": dict(pads=HALVES, arc=160 * DEG, preload=0.5, offset=1.0),
+    "four tilting pads, preload 0.3": dict(pads=CORNERS, arc=75 * DEG, preload=0.3),
 }
 
 
-def bearing(name: str) -> jr.elements.FixedPadBearing:
-    return jr.elements.FixedPadBearing(clearance=1e-4, **OIL, **BORES[name])
+def bearing(name: str) -> jr.elements.FixedPadBearing | jr.elements.TiltingPadBearing:
+    if "tilting" not in name:
+        return jr.elements.FixedPadBearing(**OIL, **BORES[name])
+    frequencies = np.linspace(0.0, 2 * SPEEDS[-1], 13)
+    return jr.elements.TiltingPadBearing(frequencies=frequencies, **OIL, **BORES[name])
 
 
 def build(part) -> jr.Machine:
@@ -60,8 +66,8 @@ def first_whirl(machine: jr.Machine) -> np.ndarray:
     """Damping ratio of the least damped forward whirl over the speeds."""
     found = jr.campbell(machine, SPEEDS, count=10, at="undeformed", progress=False)
     lateral = np.array([kind == "lateral" for kind in found.kinds])
-    ratios = np.where(lateral & (np.asarray(found.whirl) > 0), found.damping_ratios, np.inf)
-    return np.min(ratios, axis=1)
+    forward = lateral & (np.asarray(found.whirl) > 0) & (np.asarray(found.frequencies) > 1.0)
+    return np.min(np.where(forward, found.damping_ratios, np.inf), axis=1)
 
 
 def main() -> None:
@@ -84,7 +90,9 @@ def main() -> None:
             right.plot(out * np.cos(angles), out * np.sin(angles), color=colour)
         unstable = SPEEDS[ratios < 0]
         words = f"whirls from {unstable[0] / RPM:.0f} rpm on" if len(unstable) else "does not whirl"
-        print(f"{name}: {words}; {float(point.power):.0f} W, {float(point.leakage) * 6e4:.1f} l/min")
+        print(
+            f"{name}: {words}; {float(point.power):.0f} W, {float(point.leakage) * 6e4:.1f} l/min"
+        )
     left.axhline(0.0, color="grey", lw=1)
     label(left, "speed, rpm", "damping ratio of the first forward whirl")
     legend(left)

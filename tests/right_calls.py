@@ -138,7 +138,23 @@ PARTS: dict[str, tuple] = {
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "SqueezeFilmDamper": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "FixedPadBearing": (
-        attached, (0.05, 0.03, 1e-4, 0.01, (0.0, -200.0), (100.0, 200.0), (-1.57, 1.57), 2.8, 0.1, 0.5)
+        attached,
+        (0.05, 0.03, 1e-4, 0.01, (0.0, -200.0), (100.0, 200.0), (-1.57, 1.57), 2.8, 0.1, 0.5),
+    ),
+    "TiltingPadBearing": (
+        attached,
+        (
+            0.05,
+            0.03,
+            1e-4,
+            0.01,
+            (0.0, -200.0),
+            (100.0, 200.0),
+            (0.0, 200.0),
+            (-1.57, 0.0, 1.57),
+            1.2,
+            0.3,
+        ),
     ),
     "AnnularSeal": (attached, (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)),
     "RollingBearing": (attached, (1e9, 0.01, 0.05)),

@@ -21,6 +21,10 @@ def bearing(slenderness=0.5, own=1e-4, load=(0.0, -3000.0), **given):
     """`own`: a pad's clearance."""
     preload = np.max(given.get("preload", 0.0))
     given = dict(pads=HALVES, arc=160 * DEG, preload=0.0, offset=0.5, speeds=(100.0, 1e3)) | given
+    if len(given["pads"]) == 2:  # of one shape: one program
+        given |= {
+            k: np.ones(2) * given[k] for k in ("arc", "preload", "offset") if np.ndim(given[k]) == 0
+        }
     return jr.elements.FixedPadBearing(
         DIAMETER, slenderness * DIAMETER, own * (1 - preload), VISCOSITY, load, **given
     )
@@ -34,8 +38,8 @@ def load_of(sommerfeld, slenderness=0.5, own=1e-4):
 
 # --- published tables
 
-# Lund & Thomsen (1978): two axial grooves of 20 degrees; S, eps, phi, then over W/C, of x along the load and y
-# across it: Kxx, Kxy, Kyx, Kyy, and over W/(C speed) Bxx, Bxy = Byx, Byy
+# Lund & Thomsen (1978): two axial grooves of 20 degrees; S, eps, phi, then over W/C, of x along the load and
+# y across it: Kxx, Kxy, Kyx, Kyy, and over W/(C speed) Bxx, Bxy = Byx, Byy
 GROOVED = {
     0.5: [
         (1.656, 0.244, 65.85, 1.69, 5.06, -2.20, 1.95, 9.93, 2.15, 4.80),
@@ -111,8 +115,8 @@ def test_someyas_leakage():
 
 
 def test_raimondi_and_boyds_full_bearing():
-    """ASLE Trans. 1 (1958) 159: eccentricity ratio -> S; one pad all around, its edge
-    opposite the thinnest film."""
+    """ASLE Trans. 1 (1958) 159: eccentricity ratio -> S; a pad nearly all around, its edges
+    where the film is thickest."""
     for slenderness, eps, S in (
         (0.25, 0.6, 1.07),
         (0.5, 0.4, 0.779),
@@ -123,8 +127,8 @@ def test_raimondi_and_boyds_full_bearing():
         load = load_of(S, slenderness)
         at = -np.pi / 2
         for _ in range(3):
-            one = bearing(slenderness, pads=(at,), arc=2 * np.pi, offset=(0.5,), preload=(0.0,))
-            point = one.working_point(SPEED, load)
+            most = bearing(slenderness, pads=(at, at + np.pi), arc=(340 * DEG, 15 * DEG))
+            point = most.working_point(SPEED, load)
             at = float(np.arctan2(point.eccentricity[1], point.eccentricity[0]))
         assert float(point.eccentricity_ratio) == pytest.approx(eps, rel=0.012)
 
@@ -174,9 +178,7 @@ def on_a_grid(e, rate, spin, b, around=180, along=24):
         right = np.repeat(12 * mu * (spin / 2 * slope + rise), along - 1)
         theta = sp.diags([before[1:], -(after + before), after[:-1]], [-1, 0, 1]) / (R * step) ** 2
         axial = sp.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(along - 1, along - 1)) / dz**2
-        A = sp.csr_array(
-            sp.kron(theta, sp.eye(along - 1)) + sp.kron(sp.diags([h**3], [0]), axial)
-        )
+        A = sp.csr_array(sp.kron(theta, sp.eye(along - 1)) + sp.kron(sp.diags([h**3], [0]), axial))
         free = right < 0
         while True:
             p = np.zeros(len(right))
@@ -214,7 +216,7 @@ def test_an_independent_solution():
 
 
 def test_short_limit_is_ocvirks():
-    """Where the length is a fiftieth of the diameter nothing flows around: Reynolds' condition is Guembel's."""
+    """A fiftieth of the diameter long, nothing flows around: Reynolds' condition is Guembel's."""
     plain = jr.JournalBearing(DIAMETER, 0.02 * DIAMETER, 1e-4, VISCOSITY)
     b = bearing(0.02, arc=np.pi)
     for load in ((0.0, -3.0), (0.0, -0.3)):
@@ -264,11 +266,15 @@ def test_slopes_of_a_working_point():
         )
 
     direction = jnp.array([1.0, -0.7, 0.4, 0.3, -0.2, 0.5, 0.3, 0.6, -0.4])
-    every = quickly_compiled(
-        lambda x: (*jax.value_and_grad(value)(x), jax.jvp(value, (x,), (direction,))[1])
-    )
+
+    @quickly_compiled
+    def every(x):
+        found, forward = jax.linearize(value, x)
+        (reverse,) = jax.linear_transpose(forward, x)(jnp.ones(()))
+        return found, forward(direction), reverse
+
     h = 1e-6
-    _, reverse, forward = every(jnp.zeros(9))
+    _, forward, reverse = every(jnp.zeros(9))
     ahead, behind = (float(every(s * h * direction)[0]) for s in (1, -1))
     assert float(forward) == pytest.approx((ahead - behind) / (2 * h), rel=2e-7)
     assert float(reverse @ direction) == pytest.approx(float(forward), rel=1e-9)
@@ -286,7 +292,7 @@ def rotor(part, at="disc"):
 
 def test_in_machines_it_is_a_table_of_its_coefficients():
     """Linear models and rates; the books close, its work being a load's; a run beyond its speeds says so."""
-    b = bearing(speeds=np.linspace(200.0, 600.0, 5), around=32, along=4, preload=0.5)
+    b = bearing(speeds=(200.0, 400.0), preload=0.5)
     point = b.working_point(400.0)
     six = np.zeros((2, 2, 6, 6))
     six[:, 0, :2, :2], six[:, 1, :2, :2] = point.stiffness, point.damping
@@ -296,11 +302,11 @@ def test_in_machines_it_is_a_table_of_its_coefficients():
     for name in ("M", "C", "K", "A"):
         a, c = np.asarray(getattr(found, name)), np.asarray(getattr(expected, name))
         np.testing.assert_allclose(a, c, rtol=0, atol=1e-10 * np.abs(c).max())
-    fast = jr.State(np.full((1, 6), 1e-5), np.array([[0.0] * 5 + [700.0]]))
-    audit = jr.energy_audit(machine, 0.01, 20000.0, fast, step=2e-5)
+    fast = jr.State(np.full((1, 6), 1e-3), np.array([[0.0] * 5 + [300.0]]))
+    audit = jr.energy_audit(machine, 0.005, 20000.0, fast, step=1e-5)
     assert float(audit.relative) < 1e-7
     at, rows, unit = b.looked_up(((jnp.zeros(6), jnp.zeros(6).at[5].set(-700.0)),))
-    assert (float(at), float(rows[-1]), unit) == (700.0, 600.0, "rad/s")  # so a run says so
+    assert (float(at), float(rows[-1]), unit) == (700.0, 400.0, "rad/s")  # so a run says so
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ _ARC = 2.792526803190927  # 160 degrees
 
 class FixedPadBearing(AbstractPadBearing):
     """A journal bearing of fixed pads: with axial grooves, elliptical (lemon), of three or four lobes, with
-    offset halves. Reynolds' equation on each pad, of finite length; linear about the equilibrium under a load.
+    offset halves. Reynolds' equation on each pad, of finite length; linear about where a load holds it.
 
     Attached to a station, it acts between that and the ground, at the speed of the station; attached to
     `(station, rotor)` by the speed of the second, on which it does not act. The force is `-K d - C d'`, d
@@ -34,7 +34,7 @@ class FixedPadBearing(AbstractPadBearing):
     - `pads`: angles of their middles, from x towards y, rad; grooves are what the pads leave free. By default
       two halves, below and above. `arc`: of a pad, rad.
     - `preload`: by how much of its clearance a pad is moved inward, 0 to below 1. `offset`: where along its
-      arc, from the edge that the turning meets first, 0 to 1: half for symmetrical lobes, 1 for offset halves.
+      arc, from the edge that the turning meets first, 0 to 1: 0.5 for symmetrical lobes, 1 for offset halves.
       `arc`, `preload` and `offset` are one number, or one for each pad.
     - `around` and `along`: intervals of the grid over a pad and over half its length, even. Those by default
       are good to 1e-3 of the place and half a percent of coefficients, of pads of 160 degrees.

@@ -150,9 +150,7 @@ def force(pad: Pad, found: Film, grid: tuple[int, int]) -> Float[Array, "2"]:
     return -(weights @ outward(rows(pad, around)))
 
 
-def leakage(
-    pad: Pad, found: Film, eps: Array, w: Array, grid: tuple[int, int]
-) -> Float[Array, ""]:
+def leakage(pad: Pad, found: Film, eps: Array, w: Array, grid: tuple[int, int]) -> Float[Array, ""]:
     """What flows out of both ends, over `4 R³/L`, in the unit of w."""
     around, length = grid
     points, _, widths = along(length)

@@ -29,11 +29,11 @@ class PadPoint(NamedTuple):
     `attitude_angle`, rad, from the load to it in the sense of turning. `sommerfeld`: mu N L D (R/c)²/W, N in
     turns per second. `stiffness`: (2, 2) N/m, `damping`: (2, 2) N·s/m, of tilting pads in synchronous whirl.
     `full_stiffness`, `full_damping`: of the journal and the tilts of pads that are loaded (m and rad, N and
-    N·m), of which the pads' moments vanish; of fixed pads the same as those. `tilts`: (p,) rad, of the pads, zero
-    where they are fixed. `film`: the least height, m. `peak_pressure`, Pa. `leakage`: out of both ends,
+    N·m), of which the pads' moments vanish; of fixed pads the same as those. `tilts`: (p,) rad, of the pads,
+    zero where they are fixed. `film`: the least height, m. `peak_pressure`, Pa. `leakage`: out of both ends,
     m³/s. `power`: what shear takes, W.
 
-    For each pad, from edge to edge (p, n + 1): `pressures` in the middle of the length, Pa, and `films`, m, at
+    For each pad, from edge to edge (p, n + 1): `pressures` midway along the length, Pa, and `films`, m, at
     `angles`, rad from x towards y. `forces`: (p, 2) N, of each pad on the journal.
     """
 

@@ -12,8 +12,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from .masked_solve import Factors
 from .pad_film import outward, rows
-from .pads import Grid, Known, Pads, Place, centres, crossed, known_at, local, pad_forces
+from .pads import Grid, Known, Pads, Place, centres, crossed, known_at, pad_forces
 
 # Of the load: what the equilibrium may be off by; below which a pad is unloaded. Steps of Newton's method.
 _MET, _UNLOADED, _STEPS = 1e-11, 1e-7, 80
@@ -75,35 +76,31 @@ def _bounds(pads: Pads, nearness: Array, grid: Grid) -> tuple[Array, Array]:
 
 def _levelled(pads: Pads, e: Array, first: _At, spin: Array, load: Array, grid: Grid) -> _At:
     """Each pad where its force passes through its pivot, or where it begins to have one."""
-    n = outward(pads.pivot)
-    nearness = (n @ e) / pads.clearance + pads.preload
+    nearness = (outward(pads.pivot) @ e) / pads.clearance + pads.preload
     low, high = _bounds(pads, nearness, grid)
     high = jnp.maximum(high, low + 1e-9)
-    sense = jnp.sign(spin)
+    sense, margin = jnp.sign(spin), 0.05 * (high - low)
 
     def step(carried):
-        at, low, high, _, k = carried
+        across, before, low, high, _, k = carried
+        at = _looked(pads, e, across, spin, grid, before.known[0])
         turning, steep, pushed = at.force[:, 1], at.slope[:, 1, 1], jnp.abs(at.force[:, 0])
         bare = pushed < 1e-3 * _UNLOADED * load
         # what bears nothing is turned so that its trailing edge comes near
         up = jnp.where(bare, sense > 0, turning > 0)
-        low, high = jnp.where(up, at.across, low), jnp.where(up, high, at.across)
+        low, high = jnp.where(up, across, low), jnp.where(up, high, across)
         # where a film begins both force and slope vanish: a double root, met by double steps
-        twice = jnp.where((pushed < 1e-2 * load) & (k % 2 == 0), 2.0, 1.0)
-        by_slope = at.across - twice * turning / jnp.where(steep < 0, steep, -1.0)
+        twice = jnp.where((pushed < 1e-2 * load) & (k % 2 == 1), 2.0, 1.0)
+        by_slope = across - twice * turning / jnp.where(steep < 0, steep, -1.0)
         inside = (steep < 0) & (by_slope > low) & (by_slope < high) & ~bare
         after = jnp.where(inside, by_slope, 0.5 * (low + high))
         met = (jnp.abs(turning) <= _LEVEL * pushed) | (pushed < 0.1 * _UNLOADED * load)
         met = (met & ~bare) | (high - low < 1e-9)
-        found = _looked(pads, e, jnp.where(met, at.across, after), spin, grid, at.known[0])
-        return found, low, high, jnp.all(met), k + 1
+        return jnp.where(met, across, after), at, low, high, jnp.all(met), k + 1
 
-    within = jnp.clip(first.across, low + 0.05 * (high - low), high - 0.05 * (high - low))
-    start = _looked(pads, e, within, spin, grid, first.known[0])
-    done = jnp.zeros((), bool)
-    return jax.lax.while_loop(
-        lambda c: ~c[3] & (c[4] < _TILTS), step, (start, low, high, done, 0)
-    )[0]
+    start = jnp.clip(first.across, low + margin, high - margin)
+    carried = (start, first, low, high, jnp.zeros((), bool), 0)
+    return jax.lax.while_loop(lambda c: ~c[4] & (c[5] < _TILTS), step, carried)[1]
 
 
 def _nearest(pads: Pads, load: Array, spin: Array, grid: Grid) -> tuple[Array, _At, Array]:
@@ -121,21 +118,22 @@ def _nearest(pads: Pads, load: Array, spin: Array, grid: Grid) -> tuple[Array, _
         move = jnp.linalg.solve(soft - jnp.einsum("p,pi,pj->ij", steep, n, n), rest)
         gap = 1 - pads.preload - (n @ e) / pads.clearance
         taken = (n @ move) / pads.clearance
-        part = jnp.min(
-            jnp.where(taken > 0, _THINNER * gap / jnp.where(taken > 0, taken, 1.0), 1.0)
-        )
+        part = jnp.min(jnp.where(taken > 0, _THINNER * gap / jnp.where(taken > 0, taken, 1.0), 1.0))
         missed = jnp.max(jnp.abs(rest)) / size
         met = missed <= _MET
         return jnp.where(met, e, e + jnp.minimum(part, 1.0) * move), at, missed, k + 1
 
     count, (around, length) = pads.arc.shape[0], grid
-    free = jnp.ones((count, around - 1, length), bool)
-    e = 0.3 * pads.unit * load / size
-    start = _looked(pads, e, 0.3 * jnp.sign(spin) * jnp.ones(count), spin, grid, free)
-    e, at, missed, _ = jax.lax.while_loop(
-        lambda c: (c[2] > _MET) & (c[3] < _STEPS), step, (e, start, jnp.array(jnp.inf), 0)
+    size_of = (count, around - 1, length)
+    nothing = Factors(*(jnp.zeros(s) for s in ((*size_of, length), size_of, size_of)))
+    start = _At(
+        0.3 * jnp.sign(spin) * jnp.ones(count),
+        jnp.zeros((count, 2)),
+        jnp.zeros((count, 2, 2)),
+        (jnp.ones(size_of, bool), nothing),
     )
-    return e, at, missed
+    carried = 0.3 * pads.unit * load / size, start, jnp.array(jnp.inf), 0
+    return jax.lax.while_loop(lambda c: (c[2] > _MET) & (c[3] < _STEPS), step, carried)[:3]
 
 
 def tilted(pads: Pads, load: Array, spin: Array, grid: Grid) -> Tilted:

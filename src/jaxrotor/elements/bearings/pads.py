@@ -191,7 +191,7 @@ class Flow(NamedTuple):
 def looked_at(
     pads: Pads, place: Place, known: Known, loaded: Array, spin: Array, grid: Grid
 ) -> tuple[Slopes, Flow]:
-    """What is felt of small motions, exact at the equilibrium, of pads that are `loaded`, (p,); and the flow."""
+    """What is felt of small motions of the pads that are `loaded`, (p,), exact there; and the flow."""
     centre = centres(pads, place)
 
     def moved(by):
@@ -217,7 +217,9 @@ def looked_at(
 
 def _flow(pads: Pads, centre, spin, grid: Grid, eps, w, found: Film, f) -> Flow:
     out = jax.vmap(lambda pad, f, e, w: leakage(pad, f, e, w, grid))(pads.each, found, eps, w)
-    sheared = jax.vmap(lambda pad, f, e: shear(pad, f, e, jnp.sign(spin), grid))(pads.each, found, eps)
+    sheared = jax.vmap(lambda pad, f, e: shear(pad, f, e, jnp.sign(spin), grid))(
+        pads.each, found, eps
+    )
     R, c = pads.radius, pads.clearance
     torque = jnp.sum(pads.viscosity * spin * R**3 * pads.length / c * sheared)
     torque += 0.5 * jnp.sum(f * crossed(centre))

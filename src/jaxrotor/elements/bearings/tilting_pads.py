@@ -21,13 +21,13 @@ class TiltingPadBearing(AbstractPadBearing):
     """A journal bearing of pads that tilt about their pivots, by Reynolds' equation on each pad; linear about
     the equilibrium under a load, with coefficients that depend on the frequency of the whirl.
 
-    Attached as a `FixedPadBearing` is, about the same equilibrium and with the same film, `load`, `clearance`,
-    `preload` and grid (its error is that of shorter pads). In a machine it is a `WhirlDependentSupport`, whose
-    rules say which frequency counts: that of the spin in runs and in unbalance response, each mode's own in
-    `campbell` and `linear.matched_modes`.
+    Attached as a `FixedPadBearing` is, with the same film, `load`, `clearance`, `preload` and grid, deflections
+    measured from the equilibrium. In a machine it is a `WhirlDependentSupport`, whose rules say which frequency
+    counts: that of the spin in runs and in unbalance response, each mode's own in `campbell` and
+    `linear.matched_modes`.
 
-    - `pads`: angles of their pivots, from x towards y, rad; `offset`: of the pivot along the arc from the edge
-      that the turning meets first, 0.5 central, 0.55 to 0.6 offset pivots.
+    - `pads`: angles of their pivots, from x towards y, rad. `offset`: of the pivot along the arc, from the edge
+      that the turning meets first; 0.5 central, 0.55 to 0.6 offset pivots. `arc`: of a pad, rad.
     - `speeds`, `frequencies`: rad/s, of the rows at which K and C are found once a run; frequencies of whirl
       from zero up. `whirl`: one frequency for all, where it is given.
     - `pad_inertia`: of a pad about its pivot, kg·m²; none by default.
@@ -88,9 +88,7 @@ class TiltingPadBearing(AbstractPadBearing):
         K, C, missed = jax.lax.map(row, self.speeds)
         wide = ((0, 0), (0, 0), (0, 4), (0, 4))
         tables = jnp.pad(K, wide), jnp.pad(C, wide)
-        support = WhirlDependentSupport(
-            self.speeds, self.frequencies, *tables, None, self.whirl
-        )
+        support = WhirlDependentSupport(self.speeds, self.frequencies, *tables, None, self.whirl)
         return support, missed
 
     def support(self, speeds: Float[Array, " n"] | Any = None) -> WhirlDependentSupport:
@@ -125,9 +123,7 @@ def condensed(slopes: Slopes, loaded: Bool[Array, " p"], inertia: Array, whirl: 
     below = jnp.where(loaded, own**2 + w2 * drag**2, 1.0)
     own, drag = (jnp.where(loaded, x / below, 0.0) for x in (own, drag))
     # products of what couples the journal to a pad and the pad to the journal, (p, 2, 2)
-    pairs = [
-        [jnp.einsum("ip,pj->pij", a[:2, 2:], b[2:, :2]) for b in (K, C)] for a in (K, C)
-    ]
+    pairs = [[jnp.einsum("ip,pj->pij", a[:2, 2:], b[2:, :2]) for b in (K, C)] for a in (K, C)]
     still, moving = pairs[0][0] - w2 * pairs[1][1], pairs[0][1] + pairs[1][0]
     held = jnp.einsum("p,pij->ij", own, still) + w2 * jnp.einsum("p,pij->ij", drag, moving)
     lost = jnp.einsum("p,pij->ij", own, moving) - jnp.einsum("p,pij->ij", drag, still)
