@@ -28,7 +28,8 @@ def bearing(pivots, arc, preload, offset, load, clearance, **given):
 
 
 # ROSS 3.1.0, TiltingPad without temperature, pads 0.02 m thick, 60 x 20 elements, 3000 rpm: eccentricity
-# ratio, tilts about the back of the pads (rad), power (W), then kxx, kyy, cxx, cyy synchronous and at half the speed
+# ratio, tilts about the back of the pads (rad), power (W); then kxx, kyy, cxx, cyy, synchronous and at half
+# the speed
 ROSS = [
     (
         ((270, 342, 54, 126, 198), 60, 0.5, 0.5, 5000.0, 5e-5),

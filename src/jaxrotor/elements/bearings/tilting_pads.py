@@ -21,13 +21,13 @@ class TiltingPadBearing(AbstractPadBearing):
     """A journal bearing of pads that tilt about their pivots, by Reynolds' equation on each pad; linear about
     the equilibrium under a load, with coefficients that depend on the frequency of the whirl.
 
-    Attached as a `FixedPadBearing` is, with the same film, `load`, `clearance`, `preload` and grid, deflections
-    measured from the equilibrium. In a machine it is a `WhirlDependentSupport`, whose rules say which frequency
-    counts: that of the spin in runs and in unbalance response, each mode's own in `campbell` and
-    `linear.matched_modes`.
+    Attached as a `FixedPadBearing` is, with the same film, `load`, `clearance`, `preload` and grid, and
+    deflections measured from the equilibrium. In a machine it is a `WhirlDependentSupport`, whose rules say
+    which frequency counts: that of the spin in runs and in unbalance response, each mode's own in `campbell`
+    and `linear.matched_modes`.
 
-    - `pads`: angles of their pivots, from x towards y, rad. `offset`: of the pivot along the arc, from the edge
-      that the turning meets first; 0.5 central, 0.55 to 0.6 offset pivots. `arc`: of a pad, rad.
+    - `pads`: angles of their pivots, from x towards y, rad. `offset`: of the pivot along the arc, from the
+      edge that the turning meets first; 0.5 central, 0.55 to 0.6 offset pivots. `arc`: of a pad, rad.
     - `speeds`, `frequencies`: rad/s, of the rows at which K and C are found once a run; frequencies of whirl
       from zero up. `whirl`: one frequency for all, where it is given.
     - `pad_inertia`: of a pad about its pivot, kg·m²; none by default.
