@@ -185,6 +185,9 @@ def test_each_mode_meets_the_pads_at_its_own_frequency(loaded):
     assert sum(mode.damping_ratio > 0.1 for mode in found) >= 2
     for one, other in zip(found, same):
         assert one.eigenvalue == pytest.approx(other.eigenvalue, rel=1e-10)
+    with pytest.raises(jr.InputError, match="`film`: .* put its `fitted"):
+        jr.stability_threshold(rotor(loaded), 250.0, 350.0, 3, at="undeformed")
+    assert isinstance(loaded.fitted(), jr.SpeedDependentSupport)
 
 
 @pytest.mark.parametrize(

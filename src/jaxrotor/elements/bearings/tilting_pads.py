@@ -100,6 +100,13 @@ class TiltingPadBearing(AbstractPadBearing):
         """
         return self.at_speeds(speeds)
 
+    def fitted(self) -> SpeedDependentSupport:
+        """`support().fitted()`: constants K, C and M at each of its `speeds`, nearest over its `frequencies`.
+
+        Raises `InputError` for parameters that a machine refuses too, and where no equilibrium is found.
+        """
+        return self.support().fitted()
+
     def synchronous(self) -> SpeedDependentSupport:
         """The coefficients of synchronous whirl at its `speeds` alone, reduced as is usual for unbalance
         response. Differentiable.
