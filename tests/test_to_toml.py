@@ -64,7 +64,7 @@ def every_part(monkeypatch):
         dict(extra=el.WhirlDependentSupport((0.0, 9.0), (0.0, 5.0), *[np.ones((2, 2, 6))] * 2), at="main"),
         dict(extra=el.AnnularSeal(0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0, rotor_friction=(0.1, -0.2)), at="main"),
         dict(extra=el.FixedPadBearing(
-            0.1, 0.05, 1e-4, 0.02, (0.0, -2e3), (90.0, 200.0), arc=(2.5, 2.0)), at="main"),
+            0.1, 0.05, 1e-4, 0.02, (0.0, -2e3), (90.0, 200.0), arc=(2.5, 2.0), thinning=0.03), at="main"),
         dict(extra=el.TiltingPadBearing(
             0.1, 0.05, 1e-4, 0.02, (0.0, -2e3), (90.0, 200.0), (0.0, 200.0), (-1.5, 1.5), 1.0), at="main"),
         dict(extra=jr.SpeedTorque(np.linspace(0, 9, 10), np.linspace(0, 3, 10)), at="main"),

@@ -38,6 +38,10 @@ class FixedPadBearing(AbstractPadBearing):
       `arc`, `preload` and `offset` are one number, or one for each pad.
     - `around` and `along`: intervals of the grid over a pad and over half its length, even. Those by default
       are good to 1e-3 of the place and half a percent of coefficients, of pads of 160 degrees.
+    - `thinning`, 1/K: where it is given, `viscosity` is that of the supply, and the oil warms by dT until
+      what leaks takes along the part `carried` of the shear's power: `viscosity exp(-thinning dT)`,
+      one temperature for all. `heat_capacity`: J/(m³·K). Of two known viscosities, thinning is
+      `log(mu1/mu2)/(T2 - T1)`.
 
     Grooves and ends are at ambient pressure, the oil is laminar and of one viscosity, no pressure is below
     ambient and a film ends where its slope vanishes (Reynolds'). Damping is that of small motions; torque
@@ -64,6 +68,11 @@ class FixedPadBearing(AbstractPadBearing):
     offset: Float[Array, ""] | Float[Array, " p"] = parameter(
         nonnegative=True, shapes=((), (None,)), default=0.5
     )
+    thinning: Float[Array, ""] | None = parameter(
+        "1/K", nonnegative=True, optional=True, default=None
+    )
+    heat_capacity: Float[Array, ""] = parameter("J/(m^3*K)", positive=True, default=1.7e6)
+    carried: Float[Array, ""] = parameter(positive=True, default=1.0)
     around: int = option(even, default=128)
     along: int = option(even, default=6)
 
@@ -71,10 +80,14 @@ class FixedPadBearing(AbstractPadBearing):
         return self.pads
 
     def found_at(self, load: Array, speed: Array) -> tuple[PadPoint, Array]:
-        pads, grid = self.bore(), (self.around, self.along)
-        found = balanced(pads, load, speed, grid)
-        every = jnp.ones(self.pads.shape, bool)
-        slopes, flow = looked_at(pads, found.place, found.known, every, speed, grid)
+        grid, every = (self.around, self.along), jnp.ones(self.pads.shape, bool)
+
+        def at(pads):
+            found = balanced(pads, load, speed, grid)
+            return found, *looked_at(pads, found.place, found.known, every, speed, grid)
+
+        pads = self.warm(lambda pads: at(pads)[2])
+        found, slopes, flow = at(pads)
         own = Slopes(slopes.stiffness[:2, :2], slopes.damping[:2, :2])
         return pad_point(pads, load, speed, found.place, own, own, flow), found.missed
 

@@ -1,7 +1,7 @@
 """What journal bearings of pads have in common, fixed or tilting."""
 
 import abc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import equinox as eqx
@@ -16,8 +16,9 @@ from ...core.parameter import known, problems
 from ...core.protocol import AbstractAttachment, Motion, Prepared, Tabulated, Vec6
 from ...core.quick import lightly_compiled
 from .pad_faults import pad_faults
+from .pad_heat import warmed
 from .pad_point import PadPoint
-from .pads import Pads
+from .pads import Flow, Pads
 
 # Of the load, what may be missed before an equilibrium counts as not found.
 _MISSED = 1e-6
@@ -36,6 +37,9 @@ class AbstractPadBearing(AbstractAttachment, Prepared, Tabulated):
     arc: eqx.AbstractVar[Array]
     preload: eqx.AbstractVar[Array]
     offset: eqx.AbstractVar[Array]
+    thinning: eqx.AbstractVar[Array | None]
+    heat_capacity: eqx.AbstractVar[Array]
+    carried: eqx.AbstractVar[Array]
     around: eqx.AbstractVar[int]
     along: eqx.AbstractVar[int]
 
@@ -70,6 +74,18 @@ class AbstractPadBearing(AbstractAttachment, Prepared, Tabulated):
             self.viscosity,
             self.clearance,
         )
+
+    def warm(self, flow_at: Callable[[Pads], Flow]) -> Pads:
+        """The bore, with oil as warm as its shear makes it; `flow_at` finds the flow in one."""
+        pads, thinning = self.bore(), self.thinning
+        if thinning is None:
+            return pads
+
+        def heat(pads):
+            flow = flow_at(pads)
+            return flow.power, flow.leakage
+
+        return warmed(heat, pads, thinning, self.heat_capacity / self.carried)
 
     def working_point(
         self, speed: Float[Array, ""] | float, load: Float[Array, "2"] | Any = None

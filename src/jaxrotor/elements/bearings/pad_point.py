@@ -20,6 +20,7 @@ from .pads import Flow, Pads, Place, Slopes
     peak_pressure="Pa",
     leakage="m^3/s",
     power="W",
+    viscosity="Pa*s",
 )
 class PadPoint(NamedTuple):
     """A bearing of pads under a steady load: the force on the journal for small motions is
@@ -31,7 +32,7 @@ class PadPoint(NamedTuple):
     `full_stiffness`, `full_damping`: of the journal and the tilts of pads that are loaded (m and rad, N and
     N·m), of which the pads' moments vanish; of fixed pads the same as those. `tilts`: (p,) rad, of the pads,
     zero where they are fixed. `film`: the least height, m. `peak_pressure`, Pa. `leakage`: out of both ends,
-    m³/s. `power`: what shear takes, W.
+    m³/s. `power`: what shear takes, W. `viscosity`: Pa·s, at which it runs.
 
     For each pad, from edge to edge (p, n + 1): `pressures` midway along the length, Pa, and `films`, m, at
     `angles`, rad from x towards y. `forces`: (p, 2) N, of each pad on the journal.
@@ -50,6 +51,7 @@ class PadPoint(NamedTuple):
     peak_pressure: Array
     leakage: Array
     power: Array
+    viscosity: Array
     pressures: Float[Array, "p n"]
     films: Float[Array, "p n"]
     angles: Float[Array, "p n"]
@@ -77,6 +79,7 @@ def pad_point(
         jnp.max(flow.pressures),
         flow.leakage,
         flow.power,
+        pads.viscosity,
         flow.pressures,
         flow.films,
         flow.angles,

@@ -31,6 +31,10 @@ class TiltingPadBearing(AbstractPadBearing):
     - `speeds`, `frequencies`: rad/s, of the rows at which K and C are found once a run; frequencies of whirl
       from zero up. `whirl`: one frequency for all, where it is given.
     - `pad_inertia`: of a pad about its pivot, kg·m²; none by default.
+    - `thinning`, 1/K: where it is given, `viscosity` is that of the supply, and the oil warms by dT until
+      what leaks takes along the part `carried` of the shear's power: `viscosity exp(-thinning dT)`,
+      as of fixed pads. `heat_capacity`: J/(m³·K). Of two known viscosities, thinning is
+      `log(mu1/mu2)/(T2 - T1)`.
 
     Pivots are rigid and the pads stiff; tilting is all that they do. Pads that no pressure can hold, as upper
     ones without preload, are unloaded: they bear nothing and are left out (really they flutter).
@@ -61,6 +65,11 @@ class TiltingPadBearing(AbstractPadBearing):
     whirl: Float[Array, ""] | None = parameter(
         "rad/s", nonnegative=True, optional=True, default=None
     )
+    thinning: Float[Array, ""] | None = parameter(
+        "1/K", nonnegative=True, optional=True, default=None
+    )
+    heat_capacity: Float[Array, ""] = parameter("J/(m^3*K)", positive=True, default=1.7e6)
+    carried: Float[Array, ""] = parameter(positive=True, default=1.0)
     around: int = option(even, default=64)
     along: int = option(even, default=6)
 
@@ -68,9 +77,14 @@ class TiltingPadBearing(AbstractPadBearing):
         return self.pads - (self.offset - 0.5) * self.arc
 
     def _found(self, load: Array, speed: Array) -> tuple[Pads, Place, Slopes, Array, Flow, Array]:
-        pads, grid = self.bore(), (self.around, self.along)
-        found = tilted(pads, load, speed, grid)
-        slopes, flow = looked_at(pads, found.place, found.known, found.loaded, speed, grid)
+        grid = self.around, self.along
+
+        def at(pads):
+            found = tilted(pads, load, speed, grid)
+            return found, *looked_at(pads, found.place, found.known, found.loaded, speed, grid)
+
+        pads = self.warm(lambda pads: at(pads)[2])
+        found, slopes, flow = at(pads)
         return pads, found.place, slopes, found.loaded, flow, found.missed
 
     def found_at(self, load: Array, speed: Array) -> tuple[PadPoint, Array]:
