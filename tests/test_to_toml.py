@@ -65,6 +65,10 @@ def every_part(monkeypatch):
         dict(extra=el.AnnularSeal(0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0, rotor_friction=(0.1, -0.2)), at="main"),
         dict(extra=el.LabyrinthSeal(
             0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5, carry_over=1.3, teeth=6), at="main"),
+        dict(extra=el.FixedPadBearing(
+            0.1, 0.05, 1e-4, 0.02, (0.0, -2e3), (90.0, 200.0), arc=(2.5, 2.0), thinning=0.03), at="main"),
+        dict(extra=el.TiltingPadBearing(
+            0.1, 0.05, 1e-4, 0.02, (0.0, -2e3), (90.0, 200.0), (0.0, 200.0), (-1.5, 1.5), 1.0), at="main"),
         dict(extra=jr.SpeedTorque(np.linspace(0, 9, 10), np.linspace(0, 3, 10)), at="main"),
         dict(extra=jr.Torque(jr.Harmonic(1.0, nine, 1 + nine, nine)), at="main"),
         dict(extra=jr.JournalBearing(0.05, 0.03, 1e-4, 0.01, film="full"), at="main"),

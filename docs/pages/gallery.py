@@ -83,6 +83,7 @@ ENTRIES = [
     Entry(X + "phase_convention.py", "Which way phases count", "*.png", ready="phase_convention"),
     Entry(X + "cracked_shaft.py", "A crack's orders over speed", "*.png", options=("--quick",)),
     Entry(X + "wet_pump.py", "A pump rotor dry and wet", "*.png"),
+    Entry(X + "pad_bearings.py", "One rotor in grooved, elliptical, lobed, offset and tilting-pad bearings", "*.png"),
     Entry(X + "pump_seals.py", "What worn seals and preswirl do to a pump", "*.png"),
     Entry(X + "compressor_labyrinths.py", "What labyrinths and swirl brakes do to a compressor", "*.png"),
     Entry(X + "loaded_shaft.py", "A turning shaft under thrust and torque", "*.png"),

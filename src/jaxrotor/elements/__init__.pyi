@@ -1,4 +1,5 @@
 from .bearings.annular_seal import AnnularSeal as AnnularSeal, SealPoint as SealPoint
+from .bearings.fixed_pads import FixedPadBearing as FixedPadBearing
 from .bearings.journal import (
     AbstractFilm as AbstractFilm,
     JournalBearing as JournalBearing,
@@ -10,6 +11,7 @@ from .bearings.labyrinth_seal import (
     LabyrinthSeal as LabyrinthSeal,
 )
 from .bearings.law_support import LawSupport as LawSupport
+from .bearings.pad_point import PadPoint as PadPoint
 from .bearings.radial import RadialBearing as RadialBearing
 from .bearings.rolling import (
     AbstractRaceDefect as AbstractRaceDefect,
@@ -24,6 +26,7 @@ from .bearings.support import (
     LinearSupport as LinearSupport,
     SpeedDependentSupport as SpeedDependentSupport,
 )
+from .bearings.tilting_pads import TiltingPadBearing as TiltingPadBearing
 from .bearings.whirl_dependent import WhirlDependentSupport as WhirlDependentSupport
 from .control.actuator import Actuator as Actuator
 from .control.amplifier import CurrentAmplifier as CurrentAmplifier

@@ -11,8 +11,10 @@ from ..core.kinematics import COORDINATES
 from ..core.protocol import Inertial
 from ..core.quick import quickly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
+from ..elements.bearings.fixed_pads import FixedPadBearing
 from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
+from ..elements.bearings.tilting_pads import TiltingPadBearing
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
 from .coordinates import coordinate_order
@@ -21,7 +23,8 @@ from .whirling import at_whirl
 
 # Those that do nothing about the axis, and those that a machine is taken apart from.
 _SEALS = (AnnularSeal, LabyrinthSeal)
-_APART = (SpeedDependentSupport, WhirlDependentSupport, *_SEALS)
+_PADS = (FixedPadBearing, TiltingPadBearing)
+_APART = (SpeedDependentSupport, WhirlDependentSupport, *_SEALS, *_PADS)
 
 
 class Tables(NamedTuple):
@@ -104,9 +107,14 @@ def tables_of(machine: Machine) -> Tables | None:
         turning.append(station)
     if not names:
         return None
-    parts: Any = tuple(elements[name] for name in names)
+    parts: Any = tuple(_solved(elements[name]) for name in names)
     rest = machine.set({name: nothing for name in names})
     return Tables(rest, parts, np.array(places), np.array(turning))
+
+
+def _solved(part: Any) -> Any:
+    """What takes its equilibria once, not at each speed that is asked for."""
+    return part.support() if isinstance(part, _PADS) else part
 
 
 @quickly_compiled

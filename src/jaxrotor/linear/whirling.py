@@ -6,13 +6,16 @@ from typing import Any
 import jax.numpy as jnp
 
 from ..core.errors import InputError
+from ..elements.bearings.tilting_pads import TiltingPadBearing
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
+
+_WHIRLED = (WhirlDependentSupport, TiltingPadBearing)
 
 
 def at_whirl(part: Any, frequency: Any) -> Any:
     """A part, at this whirl frequency (rad/s) if it depends on one and none is given for it."""
-    if not isinstance(part, WhirlDependentSupport) or part.whirl is not None:
+    if not isinstance(part, _WHIRLED) or part.whirl is not None:
         return part
     return dataclasses.replace(part, whirl=jnp.abs(jnp.asarray(frequency, float)))
 
@@ -22,7 +25,7 @@ def whirl_dependent(machine: Machine) -> tuple[str, ...]:
     return tuple(
         name
         for name, part in machine.elements().items()
-        if isinstance(part, WhirlDependentSupport) and part.whirl is None
+        if isinstance(part, _WHIRLED) and part.whirl is None
     )
 
 

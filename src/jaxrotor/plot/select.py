@@ -12,6 +12,7 @@ from ..elements.bearings.annular_seal import AnnularSeal
 from ..elements.bearings.journal import AbstractFilm
 from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.law_support import LawSupport
+from ..elements.bearings.pad_bearing import AbstractPadBearing
 from ..elements.bearings.radial import RadialBearing
 from ..elements.bearings.rolling import RollingBearing
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
@@ -81,6 +82,7 @@ _SUPPORTS = (
     AbstractFilm,
     AnnularSeal,
     LabyrinthSeal,
+    AbstractPadBearing,
     LawSupport,
     LinearSupport,
     RadialBearing,

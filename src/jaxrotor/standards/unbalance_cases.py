@@ -175,7 +175,14 @@ def _bearing_stations(machine: Machine, given: Any) -> list[str]:
             name
             for name, e in machine.elements().items()
             if isinstance(e, kinds)
-            or type(e).__name__ in ("JournalBearing", "RollingBearing", "RadialBearing")
+            or type(e).__name__
+            in (
+                "JournalBearing",
+                "FixedPadBearing",
+                "TiltingPadBearing",
+                "RollingBearing",
+                "RadialBearing",
+            )
         ]
         given = journals
     given = [given] if isinstance(given, str) else list(given)
