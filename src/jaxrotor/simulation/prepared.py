@@ -140,11 +140,14 @@ def with_ladder(
         at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
         parts = known_chains(A[at], lengths, of_parts, order, rows)
-    h, own = np.asarray(h[0]), jax.tree.map(np.asarray, steps)
-    found = _mixed(*jax.device_put((speeds, h)), order, steps.of_parts, steps.blocks.lengths)
+    here = jax.device_put((speeds, h[0]))
+    found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths)
     mixed = jax.tree.map(np.asarray, found)
     # in NumPy's arrays: for each machine the least that is compiled
-    ladder = ladder_of(speeds, A, h, order, rows, *own, chains, parts, mixed, np)
+    own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
+    ladder = ladder_of(
+        own[0], own[1], own[2], order, rows, *own[3], chains=chains, parts=parts, mixed=mixed, xp=np
+    )
     return Prepared(blocks=steps.blocks, ladder=jax.device_put(ladder))
 
 
