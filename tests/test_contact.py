@@ -85,7 +85,7 @@ def test_contact_spring_is_a_spring():
     and step."""
     spring = jr.LinearSupport([1e6, 1e6, 0, 0, 0, 0])
     runs = [
-        jr.simulate(jeffcott(400.0, {"part": part}), 0.1, 2000.0, "undeformed", progress=False)
+        jr.simulate(jeffcott(400.0, {"rub": part}), 0.1, 2000.0, "undeformed", progress=False)
         for part in (spring, jr.Rub(0.0, 1e6, 0.05))
     ]
     assert [run.info.solver for run in runs] == ["ExponentialAdams", "Rosenbrock"]
@@ -138,8 +138,8 @@ def test_smoothing_does_not_matter():
     runs = [
         jr.simulate(
             jeffcott(330.0, {"rub": jr.Rub(1.5e-4, 1e6, 0.05, 0.1, 0.5, smoothing=w)}),
-            0.05, 2000.0, "undeformed", rtol=1e-9, progress=False,
-        )["disc"].x
+            0.1, 2000.0, "undeformed", rtol=1e-9, progress=False,
+        )["disc"].x[:101]
         for w in (0.0, 1.5e-6, 1.5e-7)
     ]  # fmt: skip
     size = np.max(np.abs(runs[0]))
@@ -188,14 +188,16 @@ def test_derivatives_through_contact_and_film():
     value, reverse = jax.jit(jax.value_and_grad(scalar))(at)
 
     @jax.jit
-    def both(values):
+    def ahead(values, along):
+        """Value and slope: one direction at a time, values alone being asked for time and again."""
         mode = diffrax.ForwardMode()
-        return jax.jacfwd(lambda v: (scalar(v, mode),) * 2, has_aux=True)(values)
+        return jax.jvp(lambda v: scalar(v, mode), (values,), (along,))
 
-    forward, same = both(at)
-    assert same == pytest.approx(float(value), rel=1e-12)
+    eye = np.eye(at.size)
+    forward = [ahead(at, d)[1] for d in eye]
+    assert ahead(at, eye[0])[0] == pytest.approx(float(value), rel=1e-12)
     steps = 1e-5 * np.diag(at)
-    central = [(both(at + d)[1] - both(at - d)[1]) / (2 * d.sum()) for d in steps]
+    central = [(ahead(at + d, eye[0])[0] - ahead(at - d, eye[0])[0]) / (2 * d.sum()) for d in steps]
     np.testing.assert_allclose(forward, reverse, rtol=1e-11)
     np.testing.assert_allclose(reverse, central, rtol=1e-6)
 
@@ -276,17 +278,17 @@ def test_rosenbrock_is_of_fifth_order_and_its_inside_of_fourth():
     )
     machine = jeffcott(200.0, {"cubic": cubic}, 1e-3)
 
-    def run(step, rate=1000.0):
+    def run(step):
         found = jr.simulate(
-            machine, 0.02, rate, "undeformed", solver=Rosenbrock(), step=step, progress=False
+            machine, 0.02, 8000.0, "undeformed", solver=Rosenbrock(), step=step, progress=False
         )
         return np.asarray(found["disc"].position[:, :2])
 
     exact = run(1e-5)
-    errors = [np.max(np.abs(run(h) - exact)) for h in (1e-3, 5e-4, 2.5e-4)]
+    off = [np.abs(run(h) - exact) for h in (1e-3, 5e-4, 2.5e-4)]
+    errors = [np.max(x[::8]) for x in off]  # where steps end
     assert errors[0] / errors[1] > 2**4.5 and errors[1] / errors[2] > 2**4.5
-    fine = run(1e-5, 8000.0)
-    between = [np.max(np.abs(run(h, 8000.0) - fine)) for h in (1e-3, 5e-4)]
+    between = [np.max(x) for x in off[:2]]
     assert between[0] / between[1] > 2**3.6
 
 

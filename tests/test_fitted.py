@@ -10,8 +10,9 @@ from jaxrotor.integrators import fitted
 from jaxrotor.integrators.blocks import blocks_of
 from jaxrotor.integrators.fitted import Method, run_through
 from jaxrotor.integrators.fitted_weights import first_steps, fitted_weights, turn_of
-from jaxrotor.integrators.ladder import ladder_of
+from jaxrotor.integrators.ladder import RUNGS, chains_of, ladder_of
 from jaxrotor.integrators.phi import phi_functions, turning_powers
+from jaxrotor.simulation.prepared import known_chains
 
 OMEGA = 3.0  # rad/s
 
@@ -396,3 +397,16 @@ def test_a_batch_at_one_speed_shares_its_weights():
     weights = "tensor<3x3x18xf64>"
     assert weights in own.lower(starts, rates).as_text()
     assert weights not in shared.lower(starts, 4.0).as_text()
+
+
+def test_rows_of_zeros_fill_small_machines_up_and_change_nothing():
+    """So that machines of many sizes have their weights by one program."""
+    rng = np.random.default_rng(4)
+    n, inside = 2, 1
+    A = np.zeros((RUNGS, 2 * n + inside, 2 * n + inside))
+    A[:, :n, n : 2 * n] = np.eye(n)
+    A[:, n:] = rng.normal(size=(RUNGS, n + inside, 2 * n + inside)) * 1e3
+    h, speeds = np.full(RUNGS, 1e-3), np.array([0.0, 100.0, 200.0, 300.0])
+    alone = jax.jit(chains_of, static_argnums=(3, 4))(A, h, turn_of(speeds, h), 5, n)
+    for one, own in zip(jax.tree.leaves(known_chains(A, h, speeds, 5, n)), jax.tree.leaves(alone)):
+        np.testing.assert_allclose(one, own, rtol=0, atol=1e-14 * np.abs(own).max())

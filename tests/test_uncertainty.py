@@ -133,13 +133,15 @@ def test_posterior_of_a_linear_model(linear, exact, drawn):
     assert "r_hat" in str(drawn) and "!" not in str(drawn)
 
 
-def test_posterior_that_is_bent(measured):
+def test_posterior_that_is_bent(measured, caplog):
     """Against sums over a grid: even between its bounds, with a prior beside the data."""
     few = jr.Record({"a": jr.sensors.Series(T[:6], measured[:6], "m/s^2")})
     unknown = jr.Unknown(STIFFNESS, bounds=(1.6e4, 6e4), prior=(3e4, 1.5e4))
     run = jr.MeasuredRun(few, initial="undeformed", solver=SOLVER, step=STEP)
     found = jr.identify(slider(), [unknown], SENSOR, run)
-    drawn = jr.identification.posterior(found, 220, warmup=60, seed=2)
+    with jax.log_compiles():
+        drawn = jr.identification.posterior(found, 220, warmup=60, seed=2)
+    assert caplog.text.count("XLA compilation of jit(_advance)") == 1
     grid = np.linspace(1.6e4, 6e4, 801)[1:-1]
     prior = -0.5 * ((grid - 3e4) / 1.5e4) ** 2
     one = lambda k: signal(slider(k))[:6]  # noqa: E731
@@ -209,7 +211,7 @@ def test_an_adaptive_solver_goes_both_ways(measured):
     x, dx = jax.tree.map(lambda x: x[0], records_and_slopes(problem.simulated, u[None]))
     r, J = residual_and_slopes(problem, u, x, dx)
     reverse = in_reverse(problem)
-    slope = jax.grad(lambda u: 0.5 * jnp.sum(reverse.residual(u) ** 2))(u)
+    slope = jax.jit(jax.grad(lambda u: 0.5 * jnp.sum(reverse.residual(u) ** 2)))(u)
     np.testing.assert_allclose(slope, r @ J, rtol=1e-9)
 
 

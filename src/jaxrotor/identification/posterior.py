@@ -117,7 +117,7 @@ def posterior(
     first, key = jax.random.split(jax.random.key(seed))
     states = _begin(target, jax.random.normal(first, (chains, len(space))))
     start, update, final = dual_averaging_adaptation(0.8)
-    adapted, step = start(_STEP), jnp.asarray(_STEP)
+    adapted, step = start(_STEP), jnp.asarray(_STEP, float)
     z, divergent = [], 0
     for i in tqdm(
         range(warmup + draws),
@@ -152,7 +152,7 @@ def posterior(
 def _begin(target: "_Target", z: Float[Array, "chains n"]) -> Any:
     from blackjax.mcmc import nuts
 
-    return jax.vmap(lambda z: nuts.init(z, target))(z)
+    return _strong(jax.vmap(lambda z: nuts.init(z, target))(z))
 
 
 @lightly_compiled
@@ -168,7 +168,12 @@ def _advance(target: "_Target", key: Array, states: Any, step: Float[Array, ""])
 
     keys = jax.random.split(key, states.logdensity.shape[0])
     states, info = jax.vmap(one)(keys, states)
-    return states, info.acceptance_rate.mean(), info.is_divergent.sum()
+    return _strong(states), info.acceptance_rate.mean(), info.is_divergent.sum()
+
+
+def _strong(states: Any) -> Any:
+    """Of one type before and after a draw, or the second draw would compile all anew."""
+    return jax.tree.map(lambda x: jax.lax.convert_element_type(x, x.dtype), states)
 
 
 class _Target(eqx.Module):

@@ -146,38 +146,62 @@ def ladder_of(
     start: Float[Array, ""] | float = 0.0,
     chains: Chains | None = None,
     parts: Chains | None = None,
+    mixed: "Mixed | None" = None,
+    xp: Any = jnp,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
-    jumps. `chains` of the speeds and `parts` of the parts of intervals, where they are known."""
+    jumps. `chains` of the speeds, `parts` of the parts of intervals and what is `mixed` of both, where they
+    are known: all of them, and it may be in NumPy's arrays, `xp`."""
     s, d, _ = A.shape
-    steps = first_steps(order)
-    near = turn_of(speeds, h)
     single = blocks is None or blocks.single
-    slopes = _slopes(speeds, A)[:, exact_rows:]
+    slopes = _slopes(speeds, A, xp)[:, exact_rows:]
 
     if chains is None:
+        near = turn_of(speeds, h)
         chains = chains_of(A, jnp.broadcast_to(h, speeds.shape), near, order, exact_rows)
     regular, starting = chains
     if single:
-        first = jnp.argmin(jnp.abs(speeds - start))
+        first = xp.argmin(xp.abs(speeds - start))
         starting = jax.tree.map(lambda x: x[first][None], starting)
     count = 1 if single else s
-    turned = jnp.zeros(0)
+    lengths, wanted = jnp.zeros(0), jnp.zeros(0)
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
-        at = nearest_rungs(speeds, speeds_of_parts)
-        turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, blocks.lengths))
+        lengths, wanted = blocks.lengths, speeds_of_parts
+        at = nearest_rungs(speeds, wanted, xp)
         if parts is None:
-            parts = chains_of(A[at], blocks.lengths, turned, order, exact_rows)
+            turned = jax.lax.stop_gradient(turn_of(wanted, lengths))
+            parts = chains_of(A[at], lengths, turned, order, exact_rows)
         regular, starting = jax.tree.map(
-            lambda a, b: jnp.concatenate([a, b]), Chains(regular, starting), parts
+            lambda a, b: xp.concatenate([a, b]), Chains(regular, starting), parts
         )
-        off = (speeds_of_parts - speeds[at])[:, None, None]
-        A, slopes = jnp.concatenate([A, A[at]]), jnp.concatenate([slopes, off * slopes[at]])
-    none = Moments(jnp.eye(d)[None], jnp.zeros((1, *regular.mean.shape[1:])))
+        off = (wanted - speeds[at])[:, None, None]
+        A, slopes = xp.concatenate([A, A[at]]), xp.concatenate([slopes, off * slopes[at]])
+    none = Moments(xp.eye(d)[None], xp.zeros((1, *regular.mean.shape[1:])))
     flat = jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), starting)
-    every = jax.tree.map(lambda *x: jnp.concatenate(x), regular, flat, none)
+    every = jax.tree.map(lambda *x: xp.concatenate(x), regular, flat, none)
+    if mixed is None:
+        mixed = mixed_for(speeds, h, order, wanted, lengths)
+    return Ladder(speeds, mixed.turns, h, A, slopes, every, mixed.mixes, order, count)
 
+
+class Mixed(NamedTuple):
+    """`turns` and `mixes` of a `Ladder`: of the machine they know no more than its speeds."""
+
+    turns: Float[Array, "s f"]
+    mixes: tuple[Array, ...]
+
+
+def mixed_for(
+    speeds: Float[Array, " s"],
+    h: Float[Array, ""],
+    order: int,
+    speeds_of_parts: Float[Array, " o"],
+    lengths: Float[Array, " o"],
+) -> Mixed:
+    """`lengths` of the parts of intervals, s."""
+    steps, near = first_steps(order), turn_of(speeds, h)
+    turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, lengths))
     turns = turn_of(_about(speeds), h)
     fits = jax.vmap(lambda turn, near: fitted_mix(turn, order, near), in_axes=(0, 0))(
         turns.ravel(), jnp.repeat(near, turns.shape[1])
@@ -188,7 +212,7 @@ def ladder_of(
     if turned.size:
         of_parts = jax.vmap(lambda turn: fitted_mix(turn, order, turn))(turned)
         mixes = tuple(jnp.concatenate(pair) for pair in zip(mixes, of_parts))
-    return Ladder(speeds, turns, h, A, slopes, every, jax.lax.stop_gradient(mixes), order, count)
+    return Mixed(turns, jax.lax.stop_gradient(mixes))
 
 
 def _about(speeds: Float[Array, " s"]) -> Float[Array, "s f"]:
@@ -197,10 +221,10 @@ def _about(speeds: Float[Array, " s"]) -> Float[Array, "s f"]:
     return jnp.abs(speeds[:, None] + apart * (np.arange(_FITS) / (_FITS - 1) * 1.5 - 0.75))
 
 
-def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
+def _slopes(speeds: Float[Array, " s"], A: Float[Array, "s d d"], xp: Any) -> Float[Array, "s d d"]:
     """dA/dw at each of the speeds, by those beside it."""
     n = speeds.size
     if n == 1:
-        return jnp.zeros_like(A)
+        return xp.zeros_like(A)
     above, below = np.minimum(np.arange(n) + 1, n - 1), np.maximum(np.arange(n) - 1, 0)
     return (A[above] - A[below]) / (speeds[above] - speeds[below])[:, None, None]

@@ -132,13 +132,18 @@ def energy_audit(
 def _march(machine: Machine, setup: RunSetup, begun: Begun) -> Float[Array, "nt d+2"]:
     """States, with the work put in and what was lost behind them."""
     system, y0, _, prepared = begun
-    books, d = _books(machine, system), y0.size
+    books = _books(machine, system)
 
     def field(t, y, system):
-        dy, ev = watched_field(t, y[:d], system)
-        return jnp.concatenate([dy, jnp.stack(_powers(t, ev, system, books))])
+        return _field_and_powers(t, y, system, books)
 
     return march_through(system, prepared, setup, jnp.concatenate([y0, jnp.zeros(2)]), field).kept
+
+
+@eqx.filter_jit  # as `relative_field`
+def _field_and_powers(t, y, system: System, books) -> Float[Array, " d+2"]:
+    dy, ev = watched_field(t, y[:-2], system)
+    return jnp.concatenate([dy, jnp.stack(_powers(t, ev, system, books))])
 
 
 @lightly_compiled

@@ -11,13 +11,14 @@ from jaxtyping import Array, Float
 from ..core.quick import lightly_compiled, quickly_compiled
 from ..integrators.blocks import LENGTH, Blocks, between_jumps, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
-from ..integrators.fitted_weights import turn_of
+from ..integrators.fitted_weights import Moments, turn_of
 from ..integrators.ladder import (
     RUNGS,
     Chains,
     Ladder,
     chains_of,
     ladder_of,
+    mixed_for,
     nearest_rungs,
     rung_speeds,
 )
@@ -30,6 +31,9 @@ from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
 from .start import needs_balanced
+
+# Rows, of coordinates or of their rates, of which machines of fewer have weights by the same program.
+_SIZES = (24, 48)
 
 
 class Prepared(eqx.Module):
@@ -71,15 +75,33 @@ def known_chains(
 ) -> Chains:
     """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program that
     makes as many at a time as a run has rungs. (`device_put`: `jnp.asarray` compiles a program for each new
-    shape.)"""
+    shape.) Small machines, and audits of them, have it in common: rows of zeros fill them up to a few sizes,
+    of coordinates, and of what has an N."""
+    rest = A.shape[1] - exact_rows
+    exact, size = _size_for(exact_rows, rest)
+    keep = np.concatenate([np.arange(exact_rows), exact + np.arange(rest)])
+    filled = np.zeros((len(A), exact + size, exact + size))
+    filled[:, keep[:, None], keep] = A
     count = len(h)
     many = np.minimum(np.arange(-(-count // RUNGS) * RUNGS), count - 1)
     found = []
     for at in many.reshape(-1, RUNGS):
-        here = jax.device_put((A[at], h[at], speeds[at]))
-        own = _chains(here[0], here[1], here[2], order, exact_rows)
+        here = jax.device_put((filled[at], h[at], speeds[at]))
+        own = _chains(here[0], here[1], here[2], order, exact)
         found.append(jax.tree.map(np.asarray, own))
-    return jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
+
+    def own_rows(moments: Moments) -> Moments:
+        flow, mean = moments.flow, moments.mean
+        return Moments(flow[..., keep[:, None], keep], mean[..., keep, :rest])
+
+    whole = jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
+    return Chains(own_rows(whole.regular), own_rows(whole.starting))
+
+
+def _size_for(exact: int, rest: int) -> tuple[int, int]:
+    """Of a program for so many rows, and for others near it."""
+    size = next((x for x in _SIZES if x >= max(exact, rest)), None)
+    return (exact, rest) if size is None else (size, size)
 
 
 class Steps(NamedTuple):
@@ -118,22 +140,18 @@ def with_ladder(
         at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
         parts = known_chains(A[at], lengths, of_parts, order, rows)
-    known = jax.device_put(Known(A, chains, parts))
-    return Prepared(blocks=steps.blocks, ladder=_ladder(setup, known, steps, rows))
-
-
-@quickly_compiled
-def _ladder(setup: RunSetup, known: Known, steps: Steps, exact_rows: int) -> Ladder:
-    return ladder_of(
-        rung_speeds(2 * setup.linearised_at, setup.slowest),
-        known.linear,
-        setup.interval / setup.substeps,
-        setup.solver.order_,  # pyright: ignore
-        exact_rows,
-        *steps,
-        known.chains,
-        known.parts,
+    here = jax.device_put((speeds, h[0]))
+    found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths)
+    mixed = jax.tree.map(np.asarray, found)
+    # in NumPy's arrays: for each machine the least that is compiled
+    own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
+    ladder = ladder_of(
+        own[0], own[1], own[2], order, rows, *own[3], chains=chains, parts=parts, mixed=mixed, xp=np
     )
+    return Prepared(blocks=steps.blocks, ladder=jax.device_put(ladder))
+
+
+_mixed = quickly_compiled(mixed_for)
 
 
 def assembled(
