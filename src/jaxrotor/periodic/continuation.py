@@ -30,6 +30,7 @@ from .motion import PeriodicMotion
 from .repeats import refuse_not_driven, refuse_other_periods
 from .root import kinds_of
 from .special import special_between
+from .touched import touched_by_laws
 from .waves import Waves
 
 # Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
@@ -93,14 +94,16 @@ def continuation(
     actual, nominal = systems_of(machine)
     refuse_other_periods(actual, first, waves)
     begin = first_guess(actual, nominal, jnp.asarray(first), waves, start)
-    found = first_found(actual, begin, waves)
+    touched = touched_by_laws(actual)
+    found = first_found(actual, begin, waves, touched)
     refuse_lost(found, first)
     stations = machine.wiring.stations
 
     def told(x: np.ndarray) -> PeriodicMotion:
-        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
+        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations, touched))
 
-    return _followed(_Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
+    way = _Way(actual, waves, touched, first, last, step)
+    return _followed(way, np.asarray(found.x), told, points)
 
 
 class Point(NamedTuple):
@@ -114,8 +117,17 @@ class Point(NamedTuple):
 class _Way:
     """Arcs, measured in parts of the range of speeds and of the motion's size so far, kind by kind."""
 
-    def __init__(self, system: System, waves: Waves, first: float, last: float, longest: float):
-        self.system, self.waves, self.first, self.last = system, waves, first, last
+    def __init__(
+        self,
+        system: System,
+        waves: Waves,
+        touched: tuple[int, ...] | None,
+        first: float,
+        last: float,
+        longest: float,
+    ):
+        self.system, self.waves, self.touched = system, waves, touched
+        self.first, self.last = first, last
         self.longest, self.range = longest, abs(last - first)
         self.kinds: np.ndarray = np.zeros(0)
         self.sizes = np.zeros(4)
@@ -139,17 +151,20 @@ class _Way:
     def unit(self, tangent: np.ndarray) -> np.ndarray:
         return tangent / np.sqrt(np.sum(self.weights * tangent**2))
 
+    def near(self, x: np.ndarray, plane: np.ndarray, steps: int) -> Any:
+        return found_near(self.system, x, plane, self.waves, steps, self.touched)
+
     def onward(self, point: Point, arc: float) -> Point | None:
         """The point of the branch in the plane across its tangent at this distance."""
         plane = self.weights * point.tangent
-        found = found_near(self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS)
+        found = self.near(point.x + arc * point.tangent, plane, _STEPS)
         return self.point(found) if bool(found.settled) else None
 
     def round_corner(self, here: Point, arc: float) -> Point | None:
         """The next point where the branch has a corner just ahead (all of an orbit meets or leaves a sharp
         contact at once): along the tangent that it would have beyond, in the sense in which it does so."""
         beyond = here.x + _PAST * arc * here.tangent
-        found = found_near(self.system, beyond, self.weights * here.tangent, self.waves, 1)
+        found = self.near(beyond, self.weights * here.tangent, 1)
         tangent = self.unit(np.asarray(found.tangent))
         if not np.all(np.isfinite(tangent)):
             return None
@@ -167,7 +182,7 @@ class _Way:
     def at(self, speed: float, guess: np.ndarray) -> Point | None:
         guess = np.append(guess[:-1], speed)
         plane = np.append(np.zeros(guess.size - 1), 1.0)
-        found = found_near(self.system, guess, plane, self.waves, _STEPS)
+        found = self.near(guess, plane, _STEPS)
         return self.point(found) if bool(found.settled) else None
 
     def beyond(self, x: np.ndarray) -> float | None:

@@ -22,6 +22,7 @@ from .described import described, unknowns
 from .motion import PeriodicMotion
 from .repeats import refuse_not_driven, refuse_other_periods
 from .root import Found, find
+from .touched import touched_by_laws
 from .waves import Waves
 
 # Steps of Newton's method from a rough start, and once more from one that is held.
@@ -86,8 +87,10 @@ def motion_at(
     """By programs that a branch uses too."""
     actual, nominal = systems_of(machine)
     begin = first_guess(actual, nominal, speed, waves, start)
-    found = first_found(actual, begin, waves)
-    return motion_of(actual, found.x, waves, machine.wiring.stations), found
+    # derivatives are those of all unknowns at once
+    touched = None if traced(actual, speed, start) else touched_by_laws(actual)
+    found = first_found(actual, begin, waves, touched)
+    return motion_of(actual, found.x, waves, machine.wiring.stations, touched), found
 
 
 @eqx.filter_jit
@@ -143,19 +146,28 @@ def _resting(nominal: System, speed: Array, waves: Waves) -> Array:
     return jnp.append(rows.ravel(), speed)
 
 
-def first_found(system: System, begin: Array, waves: Waves) -> Found:
+Touched = tuple[int, ...] | None
+
+
+def first_found(system: System, begin: Array, waves: Waves, touched: Touched) -> Found:
     """From a rough start at its speed."""
     most = jnp.array(2 * _MANY), jnp.array(_MANY)
-    return _program("find", system)(system, begin, at_speed(begin.size), waves, *most)
+    plane = at_speed(begin.size)
+    return _program("find", system)(system, begin, plane, waves, *most, touched)
 
 
-def found_near(system: System, start: Any, plane: Any, waves: Waves, most: int) -> Found:
+def found_near(
+    system: System, start: Any, plane: Any, waves: Waves, most: int, touched: Touched
+) -> Found:
     """From a near one."""
-    return _program("find", system)(system, start, plane, waves, jnp.array(most), jnp.array(most))
+    steps = jnp.array(most), jnp.array(most)
+    return _program("find", system)(system, start, plane, waves, *steps, touched)
 
 
-def motion_of(system: System, x: Any, waves: Waves, stations: tuple[str, ...]) -> PeriodicMotion:
-    return _program("described", system)(system, jnp.asarray(x), waves, stations)
+def motion_of(
+    system: System, x: Any, waves: Waves, stations: tuple[str, ...], touched: Touched
+) -> PeriodicMotion:
+    return _program("described", system)(system, jnp.asarray(x), waves, stations, touched)
 
 
 _PROGRAMS = {
