@@ -2,11 +2,11 @@
 order.
 
 The Jacobian by the touched coordinates is that of each instant. By all others it is the mean over a few
-instants, constant (it varies with the tilts alone, by some 1e-4 or less), so that orders do not mix: what is
-left of the balance is exact, so that the motion is, and only the steps towards it are a little other ones.
-With A0 the part in which orders do not mix, one block an order, and D E' what touched columns E add to it,
-`(A0 + D E')^-1 = A0^-1 - A0^-1 D (1 + E' A0^-1 D)^-1 E' A0^-1` (Woodbury). Cameron & Griffin's method condensed
-to the nonlinear coordinates: Krack & Gross, Harmonic Balance for Nonlinear Vibration Problems (2019), 4.3.
+instants, constant (it varies with the tilts alone), so that orders do not mix. What is left of the balance is
+exact, and so is the motion; only the steps towards it are a little other ones. With A0 the part in which
+orders do not mix, one block an order, and D E' what touched columns E add to it, `(A0 + D E')^-1 = A0^-1 -
+A0^-1 D (1 + E' A0^-1 D)^-1 E' A0^-1` (Woodbury): as in harmonic balance condensed to the nonlinear
+coordinates (Krack & Gross, Harmonic Balance for Nonlinear Vibration Problems, 2019).
 """
 
 from collections.abc import Callable

@@ -17,8 +17,8 @@ from .balance import slopes, states_of
 from .picked_slopes import columns_of, in_place, picked_slopes
 from .waves import Waves
 
-# Of the exponential: terms of its series, for norms up to a half, and doublings, for norms up to 2^40.
-_TERMS, _DOUBLINGS = 14, 40
+# Of the exponential: doublings, for norms up to 2^40; steps by which its rows and columns are balanced.
+_DOUBLINGS, _BALANCING = 40, 40
 # Where in a step Gauss's points are.
 _GAUSS = 0.5 + np.sqrt(15) / 10 * np.array([-1.0, 0.0, 1.0])
 # Steps for each order, and orders per turn of what varies with the tilts.
@@ -38,8 +38,7 @@ def monodromy(
     found = _of_each(*at) if touched is None else _by_parts(*at, touched)
     steps, _, d = found[0].shape
     h = 2 * np.pi * waves.turns / steps / jnp.abs(speed)
-    # rates scaled to the size of what they are rates of, so that exponentials see numbers of a like size
-    scale = _scale(system, d, speed)
+    scale = _scale(jnp.mean(jnp.abs(found[0]), axis=0))
     even, odd, curve = (h * x * scale / scale[:, None] for x in found)
     inner = _commutator(even, odd)
     outer = odd - _commutator(even, 2 * curve + inner) / 60
@@ -67,9 +66,9 @@ def _of_each(
 def _by_parts(
     system: System, coefficients: Array, speed: Array, waves: Waves, touched: tuple[int, ...]
 ) -> tuple[Array, Array, Array]:
-    """The same, where laws touch few coordinates. Columns by these are looked at in three instants between any
-    two samples; by the others, which vary with the tilts alone, in so few that their own orders come out. Steps
-    are no more than smooth motions need: within one, edges of contacts count by their moments."""
+    """The same, where laws touch few coordinates. Columns by these are looked at in three instants between
+    any two samples; by the others, which vary with the tilts alone, in so few that their own orders come out.
+    Steps are no more than smooth motions need: within one, edges of contacts count by their moments."""
     n, m, d = n_free(system), coefficients.shape[1], n_free(system) + coefficients.shape[1]
     mine, rest = columns_of(n, m, touched)
     smooth = Waves(min(waves.harmonics, _SMOOTH), waves.turns, 0)
@@ -125,16 +124,21 @@ def _commutator(a: Array, b: Array) -> Array:
 
 
 def _flows(z: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
-    """e^z - 1 of each: by a Taylor series of a part of z, and doubling, e^2z - 1 = F (2 + F), which keeps the
-    digits of slow modes."""
+    """e^z - 1 of each: by a Taylor series of a part of z, in six products (Paterson & Stockmeyer, SIAM J.
+    Comput. 2 (1973) 60), and doubling, e^2z - 1 = F (2 + F), which keeps the digits of slow modes."""
     norm = jnp.max(jnp.sum(jnp.abs(jax.lax.stop_gradient(z)), axis=-1))
-    doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))) + 1, 0, _DOUBLINGS)
-    small, eye = z * 2.0**-doublings, jnp.eye(z.shape[-1])
+    doublings = jnp.clip(jnp.ceil(jnp.log2(jnp.maximum(norm, 1e-300))), 0, _DOUBLINGS)
+    one = z * 2.0**-doublings
+    two = one @ one
+    three, four = two @ one, two @ two
+    eye = np.eye(z.shape[-1])
+    share = 1.0 / np.cumprod(np.arange(1.0, 17.0))  # of the powers from the first
 
-    def series(F, k):
-        return small @ (eye + F) / k, None
-
-    F = jax.lax.scan(series, jnp.zeros_like(z), jnp.arange(float(_TERMS), 0.0, -1.0))[0]
+    F = share[15] * four
+    for k in (12, 8, 4):
+        part = share[k - 1] * eye + share[k] * one + share[k + 1] * two + share[k + 2] * three
+        F = four @ (F + part)
+    F = F + one + share[1] * two + share[2] * three
 
     def double(F, i):
         return jax.lax.cond(i < doublings, lambda: 2 * F + F @ F, lambda: F), None
@@ -142,6 +146,16 @@ def _flows(z: Float[Array, "s d d"]) -> Float[Array, "s d d"]:
     return jax.lax.scan(double, F, jnp.arange(float(_DOUBLINGS)))[0]
 
 
-def _scale(system: System, d: int, speed: Array) -> Float[Array, " d"]:
-    n = n_free(system)
-    return jnp.ones(d).at[n : 2 * n].set(jnp.abs(speed))
+def _scale(J: Float[Array, "d d"]) -> Float[Array, " d"]:
+    """Sizes of the coordinates of the state by which rows and columns are alike (Osborne, J. ACM 7 (1960)
+    338): then exponentials have the norm of the fastest mode's rate, and few doublings."""
+    size = jnp.abs(jax.lax.stop_gradient(J)) * (1 - np.eye(len(J)))
+
+    def better(scale, _):
+        own = size * scale / scale[:, None]
+        along, down = own.sum(axis=1), own.sum(axis=0)
+        known = (along > 0) & (down > 0)
+        ratio = jnp.where(known, along, 1.0) / jnp.where(known, down, 1.0)
+        return scale * ratio**0.25, None
+
+    return jax.lax.scan(better, jnp.ones(len(J)), None, length=_BALANCING)[0]

@@ -17,8 +17,8 @@ def picked_slopes(
     by_speed: Float[Array, "p d"] | None = None,
     size: int = 64,
 ) -> tuple[Float[Array, "c d"], Float[Array, "c d"]]:
-    """`instants`: the shaft's angles, the states there, and the speed (rad/s). `pairs`: numbers of instants and
-    of columns; the column beyond the last is that by the speed, by which the states grow as `by_speed` says.
+    """`instants`: the shaft's angles, the states there, and the speed (rad/s). `pairs`: numbers of instants
+    and of columns; the column beyond the last is that by the speed, with which the states grow by `by_speed`.
     Returns the field and its derivative for each pair, so many (`size`) at once."""
     angles, states, speed = instants
     d, count = states.shape[1], len(pairs[0])

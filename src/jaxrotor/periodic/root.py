@@ -20,7 +20,7 @@ from .waves import Waves
 # is left; and by less than this, m or rad.
 _SETTLED, _NOTHING = 1e-7, 1e-14
 # Where others than touched coordinates are eliminated, a small part of it is left.
-_SETTLED_BY_PARTS = 1e-9
+_SETTLED_BY_PARTS = 1e-8
 # A step is halved so often where the next one would be longer; and where no number comes out.
 _HALVINGS, _LAST = 5, 30
 
@@ -62,9 +62,9 @@ def find(
     """The periodic motion near `start` (coefficients, row after row, and the speed behind) in the plane
     through it whose normal is `plane`, by at most so many steps. After `again` of them it begins anew, the
     mean held by springs that get weaker as the balance is met, for starts where nothing holds it (in a
-    clearance). `touched`: the unknowns that laws touch, where the others are to be eliminated for each step
-    (eliminated.py), to the same motion. Exact derivatives by the system and by `start` in both modes, to any order (the implicit
-    function theorem)."""
+    clearance). `touched`: the unknowns that laws touch, where each step eliminates the others
+    (eliminated.py), to the same motion. Exact derivatives by the system and by `start` in both modes, to any
+    order (the implicit function theorem)."""
     still = jax.lax.stop_gradient((system, start, plane))
     last = _search(*still, waves, most, again, touched)
     dynamic, static = eqx.partition(system, eqx.is_array)
@@ -164,4 +164,3 @@ def kinds_of(system: System, m: int, waves: Waves) -> np.ndarray:
     turns = np.array(layout.free, int) // layout.n_mass >= 3
     kinds = np.concatenate([turns.astype(int), np.full(m - n, 2)])
     return np.append(np.tile(kinds, waves.count), 3)
-
