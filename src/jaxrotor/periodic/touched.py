@@ -64,10 +64,10 @@ def _depends(actor: Actor) -> Any:
 
     def at(element, moved, state):
         each = tuple(zip(moved.reshape(ends, 2, 6)[:, 0], moved.reshape(ends, 2, 6)[:, 1]))
-        zero, state = jnp.zeros(()), state if per else None
+        zero, own = jnp.zeros(()), state if per else None
         found = []
         if isinstance(element, Acting):
-            forces = element.forces(zero, each, state)
+            forces = element.forces(zero, each, own)
             found += [] if forces is None else [jnp.stack(forces).ravel()]
         if per and isinstance(element, Stateful):
             still = tuple(jnp.zeros(6) for _ in range(ends))
