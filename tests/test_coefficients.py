@@ -382,6 +382,7 @@ def test_an_excel_sheet(tmp_path):
         ("speed [rpm],kxx [N/m],cxx [N*s/m]\n1,a,2\n2,1,2\n", "line 2: is not a number"),
         ("speed [rpm],kxx [N/m],cxx [N*s/m]\n1,,2\n2,1,2\n", "row 1: is not a finite number"),
         ("speed [rpm],cxx [N*s/m]\n1,2\n", "no column of stiffness"),
+        ("speed [rpm],kxx [N/m],cxx [N*s/m]\n", "holds no row of numbers"),
         ("kxx [N/m],cxx [N*s/m]\n1,2\n1,2\n", "2 rows, but no column of speed"),
         (
             "speed [rpm],frequency [Hz],kxx [N/m],cxx [N*s/m]\n1,1,1,2\n1,2,3,4\n2,1,1,2\n",

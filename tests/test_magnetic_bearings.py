@@ -475,6 +475,10 @@ PD_LOOP = el.PID(KP, KD)
          "magnet.coil is missing"),
         (lambda: rigid(el.MagneticBearing(el.Electromagnets(BIAS, GAP, TURNS, AREA, 1.6), PD_LOOP)),
          "pole_angle must be less than a right angle"),
+        # mu0 N i0/(2 gap) by hand
+        (lambda: rigid(el.MagneticBearing(
+            el.Electromagnets(3.0, 5e-4, 120.0, AREA, saturation=0.2), PD_LOOP)),
+         "below their saturation of 0.2 T, but has 0.452 T in their gaps"),
         (lambda: rigid(el.MagneticBearing(
             MAGNETS, el.TransferFunction([1.0, 0, 0], [1.0, 2.0]))),
          "numerator must not be of a higher degree than the denominator, 1, but is of 2"),

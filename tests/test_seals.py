@@ -420,6 +420,26 @@ def test_impossible_seals_are_refused(change, words):
     given = dict(zip(NAMES, VALUES)) | change
     with pytest.raises(jr.InputError, match=words):
         pump(jr.elements.AnnularSeal(**given))
+    if "theory" not in given or given["theory"] == "short":  # nor by themselves
+        alone = jr.elements.AnnularSeal(**given)
+        for ask in (lambda: alone.coefficients(100.0), lambda: alone.support([0.0, 100.0])):
+            with pytest.raises(jr.InputError, match="`AnnularSeal`: .*" + words):
+                ask()
+
+
+@pytest.mark.parametrize(
+    "speeds, words",
+    [
+        ([], "a rising list of 2 numbers at least in rad/s, but has shape .0"),
+        ([300.0], "a rising list of 2 numbers at least in rad/s, but has shape .1"),
+        ([300.0, 100.0], "a rising list .* does not rise"),
+        ([-100.0, 100.0], "finite and 0 at least, but holds -100"),
+        ([100.0, np.nan], "finite and 0 at least, but holds nan"),
+    ],
+)
+def test_speeds_that_no_table_has_are_refused(seal, speeds, words):
+    with pytest.raises(jr.InputError, match="speeds must be " + words):
+        seal.support(speeds)
 
 
 def test_laminar_flow_is_refused(seal):

@@ -62,6 +62,8 @@ def read_coefficients(
     if not file.is_file():
         raise InputError(f"`{file}`: there is no such file")
     columns = _columns(file, dict(units or {}))
+    if not columns[0].values.size:
+        raise InputError(f"`{file}`: holds no row of numbers below the names of its columns")
     over = {c.name: c for c in columns if c.name in ("speed", "frequency")}
     tables = {c.name: c.values for c in columns if c.name not in over}
     if not any(name[0] == "k" for name in tables):

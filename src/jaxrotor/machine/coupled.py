@@ -270,10 +270,7 @@ def _of(positions: tuple[int, ...], x: Float[Array, "6 n"]) -> Array:
 
 def _back(positions: tuple[int, ...], values: Array, n: int) -> Float[Array, "6 n"]:
     """Zeros but for the values at the positions."""
-    own = _by_node(positions, n)
-    rest = np.setdiff1d(np.arange(6 * n), own)
-    at = np.argsort(np.concatenate([own, rest]))
-    return picked(jnp.concatenate([values, jnp.zeros(rest.size)]), at).reshape(n, 6).T
+    return placed_columns(values, _by_node(positions, n), 6 * n).reshape(n, 6).T
 
 
 def _placed(x: Float[Array, "6 n"], values: Float[Array, "6 k"], columns: np.ndarray) -> Array:

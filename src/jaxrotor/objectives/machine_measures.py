@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.arguments import choice, number, text, whole
-from ..core.errors import InputError
+from ..core.errors import refuse
 from ..core.kinematics import COORDINATES
 from ..core.parameter import parameter, problems
 from ..core.part import Part, option
@@ -44,9 +44,7 @@ class AbstractMachineMeasure(Part, Judging):
         """The number or numbers."""
 
     def __check_init__(self) -> None:
-        found = list(problems(self, type(self).__name__))
-        if found:
-            raise InputError(*found)
+        refuse(problems(self, type(self).__name__))
 
     def criterion(self) -> Criterion:
         return Criterion(((1.0, None, self, "worst"),))

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..core.errors import InputError
+from ..core.errors import InputError, refuse
 from ..core.parameter import known, parameter, problems
 from ..core.part import Part
 from ..sensors.sensor import AbstractSensor
@@ -45,9 +45,7 @@ class AbstractMeasure(Part):
     """
 
     def __check_init__(self) -> None:
-        found = list(problems(self, type(self).__name__))
-        if found:
-            raise InputError(*found)
+        refuse(problems(self, type(self).__name__))
 
     @abc.abstractmethod
     def __call__(self, response: Response) -> Float[Array, ""]:

@@ -41,8 +41,10 @@ def branch_amplitudes(
     # a dashed stretch begins and ends on its stable neighbours
     beside = ~stable | ~np.append(stable[1:], True) | ~np.append(True, stable[:-1])
     dashed = np.where(beside, size * values, np.nan)
-    panel.plot(speed, dashed, "--", color=COLOURS[1], linewidth=1.3, label="unstable")
-    panel.plot(speed, through, color=COLOURS[0], linewidth=1.6, label="stable")
+    if not stable.all():
+        panel.plot(speed, dashed, "--", color=COLOURS[1], linewidth=1.3, label="unstable")
+    if stable.any():
+        panel.plot(speed, through, color=COLOURS[0], linewidth=1.6, label="stable")
     told = set()
     for point in branch.special:
         mark, words_of = _MARKS[point.kind]

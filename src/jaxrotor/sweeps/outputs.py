@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import whole
-from ..core.errors import InputError
+from ..core.errors import InputError, refuse
 from ..core.parameter import parameter, problems
 from ..core.part import Part, option
 from ..machine.machine import Machine
@@ -27,8 +27,7 @@ class TimeSeries(Part):
     every: int = option(whole(1), default=1)
 
     def __check_init__(self) -> None:
-        if found := list(problems(self, "TimeSeries")):
-            raise InputError(*found)
+        refuse(problems(self, "TimeSeries"))
 
     def sensors(self) -> tuple[AbstractSensor, ...]:
         return (self.sensor,)
@@ -46,8 +45,7 @@ class OverSpeed(Part):
     edges: Float[Array, " k1"] = parameter("rad/s", shapes=((None,),))
 
     def __check_init__(self) -> None:
-        if found := list(problems(self, "OverSpeed")):
-            raise InputError(*found)
+        refuse(problems(self, "OverSpeed"))
 
     def faults(self) -> Iterator[str]:
         if self.edges.size < 2 or not np.all(np.diff(self.edges) > 0) or self.edges[0] < 0:

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.errors import InputError
-from ...core.parameter import known, parameter
+from ...core.arguments import numbers
+from ...core.errors import InputError, refuse
+from ...core.parameter import known, parameter, problems
 from ...core.protocol import (
     AbstractAttachment,
     Inertial,
@@ -143,8 +144,10 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     def coefficients(self, speed: Float[Array, ""] | float) -> SealPoint:
         """At a speed of the rotor, rad/s. Differentiable.
 
-        Raises `InputError` where the speed is not finite, and where the flow is not turbulent.
+        Raises `InputError` for parameters that a machine refuses too, where the speed is not finite, and
+        where the flow is not turbulent.
         """
+        refuse(problems(self, "AnnularSeal"))
         number = known(jnp.asarray(speed, float))
         if number is not None and not (number.ndim == 0 and np.isfinite(number)):
             raise InputError(f"speed must be one finite number, but is {speed}")
@@ -156,10 +159,13 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         """A support with these coefficients at `speeds` (rad/s, from zero up), for runs and diagrams that
         ask for them often. Differentiable.
 
-        Raises `InputError` where the flow at one of them is not turbulent.
+        Raises `InputError` for parameters that a machine refuses too, for fewer than two speeds or ones
+        that do not rise from zero up, and where the flow at one of them is not turbulent.
         """
+        refuse(problems(self, "AnnularSeal"))
+        speeds = numbers("rad/s", least=0.0, fewest=2, rising=True)(speeds, "speeds")
         speeds = jnp.asarray(speeds, float)
-        found = _over_speeds(self, jnp.atleast_1d(speeds))
+        found = _over_speeds(self, speeds)
         reynolds = known(found.reynolds_number)
         if reynolds is not None and len(reynolds):
             least = int(np.argmin(reynolds))

@@ -88,6 +88,13 @@ class Electromagnets(AbstractMagnet):
             yield f"pole_angle must be less than a right angle, but is {float(self.pole_angle):g} rad"
         if self.knee > 1:
             yield f"knee must be 1 at most, but is {float(self.knee):g}"
+        if self.saturation is not None:
+            flux = float(MU_0 * self.turns * self.bias / (2 * self.gap))
+            if not flux < self.saturation:
+                yield (
+                    f"bias must leave its magnets below their saturation of {float(self.saturation):g} T, "
+                    f"but has {flux:.3g} T in their gaps: no current would move the rotor; take a smaller one"
+                )
 
     def coils(self, control: Scalar, share: Scalar) -> Coils:
         return share * jnp.stack([self.bias + control, self.bias - control])
