@@ -47,7 +47,7 @@ def states_of(
     """y = (u, u', z) at the angles of `basis`."""
     along = basis @ coefficients
     rates = speed * ((basis @ waves.derivative) @ coefficients[:, :n])
-    return beside(along[:, :n], rates, along[:, n:])
+    return _beside(along[:, :n], rates, along[:, n:])
 
 
 def left_over(
@@ -58,7 +58,7 @@ def left_over(
     n, D = n_free(system), waves.derivative
     y = states_of(coefficients, speed, n, waves.at(waves.angles), waves)
     given = fields(system, jnp.asarray(waves.angles), y, speed)[:, n:]
-    own = beside(speed**2 * (D @ D @ coefficients[:, :n]), speed * (D @ coefficients[:, n:]))
+    own = _beside(speed**2 * (D @ D @ coefficients[:, :n]), speed * (D @ coefficients[:, n:]))
     return own - waves.from_samples @ given
 
 
@@ -73,8 +73,8 @@ def balance(
     rates = (basis @ D) @ coefficients[:, :n]  # by which u' grows with the speed
     of_speed = of_speed + jnp.einsum("jmc,jc->jm", J[..., n : 2 * n], rates)
     u, z = D @ D @ coefficients[:, :n], D @ coefficients[:, n:]
-    left = beside(speed**2 * u, speed * z) - waves.from_samples @ found
-    by_speed = beside(2 * speed * u, z) - waves.from_samples @ of_speed
+    left = _beside(speed**2 * u, speed * z) - waves.from_samples @ found
+    by_speed = _beside(2 * speed * u, z) - waves.from_samples @ of_speed
 
     def resolved(slopes: Array, wave: np.ndarray) -> Any:
         """(N, m, c) -> (w, m, w, c)."""
@@ -110,6 +110,5 @@ def slopes(
     return values[0], jnp.moveaxis(found[:d], 0, -1), found[d]
 
 
-def beside(*parts: Any) -> Array:
-    """Those that have columns."""
+def _beside(*parts: Any) -> Array:
     return jnp.concatenate([x for x in parts if x.shape[1]], axis=1)

@@ -27,7 +27,6 @@ from .harmonic_balance import (
 from .motion import PeriodicMotion
 from .repeats import refuse_not_driven, refuse_other_periods
 from .special import special_between
-from .touched import touched_by_laws
 from .way import Point, Way
 
 # Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
@@ -91,16 +90,14 @@ def continuation(
     actual, nominal = systems_of(machine)
     refuse_other_periods(actual, first, waves)
     begin = first_guess(actual, nominal, jnp.asarray(first), waves, start)
-    touched = touched_by_laws(actual)
-    found = first_found(actual, begin, waves, touched)
+    found = first_found(actual, begin, waves)
     refuse_lost(found, first)
     stations = machine.wiring.stations
 
     def told(x: np.ndarray) -> PeriodicMotion:
-        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations, touched))
+        return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
 
-    way = Way(actual, waves, touched, first, last, step)
-    return _followed(way, np.asarray(found.x), told, points)
+    return _followed(Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
 
 
 def _followed(

@@ -16,13 +16,9 @@ from .waves import Waves
 
 
 def described(
-    system: System,
-    x: Float[Array, " s1"],
-    waves: Waves,
-    stations: tuple[str, ...],
-    touched: tuple[int, ...] | None = None,
+    system: System, x: Float[Array, " s1"], waves: Waves, stations: tuple[str, ...]
 ) -> PeriodicMotion:
-    """`x`: the coefficients, row after row, and the speed behind them. `touched`: as for `monodromy`."""
+    """`x`: the coefficients, row after row, and the speed behind them."""
     coefficients, speed = x[:-1].reshape(waves.count, -1), x[-1]
     n, zero = n_free(system), jnp.zeros(())
     angles = jnp.asarray(waves.angles)
@@ -36,7 +32,7 @@ def described(
         return position, unpack(zero, y, system, reference)[2]
 
     position, internal = jax.vmap(seen)(angles, y)
-    values, _, _ = eigensystem(monodromy(system, coefficients, speed, waves, touched))
+    values, _, _ = eigensystem(monodromy(system, coefficients, speed, waves))
     order = jnp.argsort(-jnp.abs(jax.lax.stop_gradient(values)))
     return PeriodicMotion(
         speed,

@@ -3,6 +3,7 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +13,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import known, require_x64
 from ..core.quick import lightly_compiled, quickly_compiled, traced
+from ..core.threads import one_thread
 from ..linear.condensing import condensed_below
 from ..machine.field import initial_states, n_free
 from ..machine.machine import Machine
@@ -22,7 +24,6 @@ from .described import described, unknowns
 from .motion import PeriodicMotion
 from .repeats import refuse_not_driven, refuse_other_periods
 from .root import Found, find
-from .touched import touched_by_laws
 from .waves import Waves
 
 # Steps of Newton's method from a rough start, and once more from one that is held.
@@ -87,10 +88,8 @@ def motion_at(
     """By programs that a branch uses too."""
     actual, nominal = systems_of(machine)
     begin = first_guess(actual, nominal, speed, waves, start)
-    # derivatives are those of all unknowns at once
-    touched = None if traced(actual, speed, start) else touched_by_laws(actual)
-    found = first_found(actual, begin, waves, touched)
-    return motion_of(actual, found.x, waves, machine.wiring.stations, touched), found
+    found = first_found(actual, begin, waves)
+    return motion_of(actual, found.x, waves, machine.wiring.stations), found
 
 
 @eqx.filter_jit
@@ -146,28 +145,19 @@ def _resting(nominal: System, speed: Array, waves: Waves) -> Array:
     return jnp.append(rows.ravel(), speed)
 
 
-Touched = tuple[int, ...] | None
-
-
-def first_found(system: System, begin: Array, waves: Waves, touched: Touched) -> Found:
+def first_found(system: System, begin: Array, waves: Waves) -> Found:
     """From a rough start at its speed."""
     most = jnp.array(2 * _MANY), jnp.array(_MANY)
-    plane = at_speed(begin.size)
-    return _program("find", system)(system, begin, plane, waves, *most, touched)
+    return _program("find", system)(system, begin, at_speed(begin.size), waves, *most)
 
 
-def found_near(
-    system: System, start: Any, plane: Any, waves: Waves, most: int, touched: Touched
-) -> Found:
+def found_near(system: System, start: Any, plane: Any, waves: Waves, most: int) -> Found:
     """From a near one."""
-    steps = jnp.array(most), jnp.array(most)
-    return _program("find", system)(system, start, plane, waves, *steps, touched)
+    return _program("find", system)(system, start, plane, waves, jnp.array(most), jnp.array(most))
 
 
-def motion_of(
-    system: System, x: Any, waves: Waves, stations: tuple[str, ...], touched: Touched
-) -> PeriodicMotion:
-    return _program("described", system)(system, jnp.asarray(x), waves, stations, touched)
+def motion_of(system: System, x: Any, waves: Waves, stations: tuple[str, ...]) -> PeriodicMotion:
+    return _program("described", system)(system, jnp.asarray(x), waves, stations)
 
 
 _PROGRAMS = {
@@ -178,6 +168,12 @@ _PROGRAMS = {
 
 
 def _program(name: str, system: System) -> Any:
-    """One that is compiled soon for a small machine, one that runs fast for a large one."""
+    """One that is compiled soon for a small machine, one that runs fast for a large one. In one thread: those
+    of LAPACK wait for each other ten times as long as they work."""
     small = n_free(system) <= _SMALL
-    return _PROGRAMS[name, quickly_compiled if small else lightly_compiled]
+    run = _PROGRAMS[name, quickly_compiled if small else lightly_compiled]
+    return one_thread(lambda *given: _ended(run(*given)))
+
+
+def _ended(found: Any) -> Any:
+    return found if traced(found) else jax.block_until_ready(found)

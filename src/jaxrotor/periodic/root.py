@@ -12,15 +12,11 @@ from jaxtyping import Array, Bool, Float, Int
 from ..machine.field import n_free
 from ..machine.system import System
 from .balance import balance, left_over
-from .bordered import bordered_solution
-from .eliminated import Solve, eliminated
 from .waves import Waves
 
 # A step that changes the motion by less than this part of its size is the last, after which the square of it
 # is left; and by less than this, m or rad.
 _SETTLED, _NOTHING = 1e-7, 1e-14
-# Where others than touched coordinates are eliminated, a small part of it is left.
-_SETTLED_BY_PARTS = 1e-8
 # A step is halved so often where the next one would be longer; and where no number comes out.
 _HALVINGS, _LAST = 5, 30
 
@@ -57,16 +53,14 @@ def find(
     waves: Waves,
     most: Int[Array, ""] | int,
     again: Int[Array, ""] | int,
-    touched: tuple[int, ...] | None = None,
 ) -> Found:
     """The periodic motion near `start` (coefficients, row after row, and the speed behind) in the plane
     through it whose normal is `plane`, by at most so many steps. After `again` of them it begins anew, the
     mean held by springs that get weaker as the balance is met, for starts where nothing holds it (in a
-    clearance). `touched`: the unknowns that laws touch, where each step eliminates the others
-    (eliminated.py), to the same motion. Exact derivatives by the system and by `start` in both modes, to any
-    order (the implicit function theorem)."""
+    clearance). Exact derivatives by the system and by `start` in both modes, to any order (the implicit
+    function theorem)."""
     still = jax.lax.stop_gradient((system, start, plane))
-    last = _search(*still, waves, most, again, touched)
+    last = _search(*still, waves, most, again)
     dynamic, static = eqx.partition(system, eqx.is_array)
     m = (start.size - 1) // waves.count
 
@@ -88,33 +82,15 @@ def find(
         change = jax.jvp(left, (values,), (by_values,))[1]
         at = balance(eqx.combine(known[0], static), x[:-1].reshape(-1, m), x[-1], waves)
         right = jnp.append(-change.ravel(), plane @ by[1])
-        return x, bordered_solution(at.slope, at.by_speed, plane, right[:, None])[:, 0]
+        return x, _solve(at.slope, at.by_speed, plane, right[:, None])[:, 0]
 
     x = root(dynamic, start, still[2], last.x + last.step)
     return Found(x, last.tangent, last.settled, last.steps)
 
 
-def _at_once(
-    system: System, coefficients: Array, speed: Array, waves: Waves
-) -> tuple[Array, Solve]:
-    """As `eliminated`, with all unknowns in one matrix."""
-    m = coefficients.shape[1]
-    at = balance(system, coefficients, speed, waves)
-    mean = np.arange(m) < n_free(system)
-
-    def solve(held: Array, plane: Array, right: Array) -> Array:
-        slope = at.slope.at[np.arange(m), np.arange(m)].add(held * mean)
-        return bordered_solution(slope, at.by_speed, plane, right)
-
-    return at.left, solve
-
-
-def _search(
-    system: System, start: Array, plane: Array, waves: Waves, most, again, touched
-) -> _Search:
+def _search(system: System, start: Array, plane: Array, waves: Waves, most, again) -> _Search:
     m = (start.size - 1) // waves.count
     kinds = kinds_of(system, m, waves)
-    small = _SETTLED if touched is None else _SETTLED_BY_PARTS
 
     def sizes(x: Array) -> Array:
         """The largest of each kind, where it belongs."""
@@ -124,18 +100,19 @@ def _search(
         anew = (now.steps == again) & (now.tries == 0)
         begins = anew | (now.steps == 0)
         x = jnp.where(anew, start, now.x + 0.5**now.tries * now.step)
-        at = system, x[:-1].reshape(-1, m), x[-1], waves
-        left, solve = _at_once(*at) if touched is None else eliminated(*at, touched)
+        at = balance(system, x[:-1].reshape(-1, m), x[-1], waves)
         right = jnp.stack(
-            [jnp.append(-left, plane @ (start - x)), jnp.zeros(x.size).at[-1].set(1.0)], axis=1
+            [jnp.append(-at.left, plane @ (start - x)), jnp.zeros(x.size).at[-1].set(1.0)], axis=1
         )
-        size = jnp.max(jnp.abs(left))
+        size = jnp.max(jnp.abs(at.left))
         first = jnp.where(begins, size, now.first)
         held = (now.steps >= again) * x[-1] ** 2 * size / jnp.where(first > 0, first, 1.0)
-        step, tangent = solve(held, plane, right).T
+        mean = np.arange(m) < n_free(system)
+        slope = at.slope.at[np.arange(m), np.arange(m)].add(held * mean)
+        step, tangent = _solve(slope, at.by_speed, plane, right).T
         before = jnp.where(begins, step, now.step)
         length = jnp.max(jnp.abs(step) / (jnp.maximum(sizes(now.x), sizes(before)) + _NOTHING))
-        settled = jnp.all(jnp.abs(step) <= small * sizes(x) + _NOTHING)
+        settled = jnp.all(jnp.abs(step) <= _SETTLED * sizes(x) + _NOTHING)
         none = jnp.zeros((), int)
         further = _Search(x, step, tangent, length, none, now.steps + 1, settled, first)
         # where no part of the step stays among the numbers, this is as far as it gets
@@ -164,3 +141,15 @@ def kinds_of(system: System, m: int, waves: Waves) -> np.ndarray:
     turns = np.array(layout.free, int) // layout.n_mass >= 3
     kinds = np.concatenate([turns.astype(int), np.full(m - n, 2)])
     return np.append(np.tile(kinds, waves.count), 3)
+
+
+def _solve(
+    slope: Array, by_speed: Array, plane: Array, right: Float[Array, "s1 r"]
+) -> Float[Array, "s1 r"]:
+    """[[slope, by_speed], [plane]] x = right; rows and columns scaled to a like size."""
+    top = jnp.concatenate([slope, by_speed[:, None]], axis=1)
+    matrix = jnp.concatenate([top, plane[None]], axis=0)
+    rows = jax.lax.stop_gradient(jnp.max(jnp.abs(matrix), axis=1))
+    scaled = matrix / rows[:, None]
+    columns = jax.lax.stop_gradient(jnp.max(jnp.abs(scaled), axis=0))
+    return jnp.linalg.solve(scaled / columns, right / rows[:, None]) / columns[:, None]

@@ -18,7 +18,6 @@ from .branch import SpecialPoint
 from .described import unknowns
 from .harmonic_balance import found_near, motion_of, waves_of
 from .motion import PeriodicMotion
-from .touched import touched_by_laws
 from .waves import Waves
 
 _STEPS = 20
@@ -64,13 +63,12 @@ def switch_branch(
     direction = np.append(np.linalg.svd(slope / rows[:, None])[2][-1], 0.0)
     mean = (x.size - 1) // waves.count
     reach = size * np.linalg.norm(x[mean:-1]) / np.linalg.norm(direction)
-    touched = touched_by_laws(system)
-    found = found_near(system, x + reach * direction, direction, waves, _STEPS, touched)
+    found = found_near(system, x + reach * direction, direction, waves, _STEPS)
     if not bool(found.settled):
         raise ConvergenceError(
             f"no motion was found beside the branch at {point.speed:.6g} rad/s: try another `size`"
         )
-    return motion_of(system, found.x, waves, machine.wiring.stations, touched)
+    return motion_of(system, found.x, waves, machine.wiring.stations)
 
 
 @quickly_compiled

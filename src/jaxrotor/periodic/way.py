@@ -28,17 +28,8 @@ class Point(NamedTuple):
 class Way:
     """Arcs, measured in parts of the range of speeds and of the motion's size so far, kind by kind."""
 
-    def __init__(
-        self,
-        system: System,
-        waves: Waves,
-        touched: tuple[int, ...] | None,
-        first: float,
-        last: float,
-        longest: float,
-    ):
-        self.system, self.waves, self.touched = system, waves, touched
-        self.first, self.last = first, last
+    def __init__(self, system: System, waves: Waves, first: float, last: float, longest: float):
+        self.system, self.waves, self.first, self.last = system, waves, first, last
         self.longest, self.range = longest, abs(last - first)
         self.kinds: np.ndarray = np.zeros(0)
         self.sizes = np.zeros(4)
@@ -63,7 +54,7 @@ class Way:
         return tangent / np.sqrt(np.sum(self.weights * tangent**2))
 
     def near(self, x: np.ndarray, plane: np.ndarray, steps: int) -> Any:
-        return found_near(self.system, x, plane, self.waves, steps, self.touched)
+        return found_near(self.system, x, plane, self.waves, steps)
 
     def onward(self, point: Point, arc: float) -> Point | None:
         """The point of the branch in the plane across its tangent at this distance."""
