@@ -67,7 +67,8 @@ def field_and_slope(machine):
 def turn(machine, motion, field_and_slope):
     """A turn from the motion's state at phi = 0, by SciPy's Radau."""
     field, slope, scale = field_and_slope
-    start = to_flat(motion.state, assemble(machine), (0.0, SPEED, 0.0)) / scale
+    spin = (jnp.zeros(()), jnp.asarray(SPEED), jnp.zeros(()))
+    start = to_flat(motion.state, assemble(machine), spin) / scale
     return solve_ivp(
         field,
         (0.0, 2 * np.pi / SPEED),
