@@ -107,6 +107,9 @@ def magnet(x):
 SIX = (1e3,) * 6
 EYE = np.eye(2)
 MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 10.0)
+# Seals' arguments.
+LIQUID = (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)
+GAS = (0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5)
 PARTS: dict[str, tuple] = {
     "Rotor": (station, (6.0, 0.0187, 0.0102)),
     "RigidBody": (station, (6.0, (1.0, 1.2, 1.5))),
@@ -137,7 +140,8 @@ PARTS: dict[str, tuple] = {
     "TorsionalDamper": (attached, (0.1, 1.0)),
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),
     "SqueezeFilmDamper": (attached, (0.05, 0.03, 1e-4, 0.01)),
-    "AnnularSeal": (attached, (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)),
+    "AnnularSeal": (attached, LIQUID),
+    "LabyrinthSeal": (attached, GAS),
     "RollingBearing": (attached, (1e9, 0.01, 0.05)),
     "RadialBearing": (attached, (jr.elements.KelvinVoigt(1e6),)),
     "SwitchedDamper": (loop, (0.1, 1.0, 0.1, 0.1)),

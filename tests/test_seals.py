@@ -447,5 +447,5 @@ def test_laminar_flow_is_refused(seal):
     for ask in (lambda: thick.coefficients(100.0), lambda: thick.support([0.0, 100.0])):
         with pytest.raises(jr.InputError, match="flow must be turbulent .* a JournalBearing"):
             ask()
-    with pytest.raises(jr.InputError, match="speed must be one finite number"):
+    with pytest.raises(jr.InputError, match="speed must be finite, but is nan rad/s"):
         seal.coefficients(np.nan)

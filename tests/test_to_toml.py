@@ -63,6 +63,8 @@ def every_part(monkeypatch):
         dict(extra=el.DampingMatrix(np.eye(6)), at="main"),
         dict(extra=el.WhirlDependentSupport((0.0, 9.0), (0.0, 5.0), *[np.ones((2, 2, 6))] * 2), at="main"),
         dict(extra=el.AnnularSeal(0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0, rotor_friction=(0.1, -0.2)), at="main"),
+        dict(extra=el.LabyrinthSeal(
+            0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5, carry_over=1.3, teeth=6), at="main"),
         dict(extra=jr.SpeedTorque(np.linspace(0, 9, 10), np.linspace(0, 3, 10)), at="main"),
         dict(extra=jr.Torque(jr.Harmonic(1.0, nine, 1 + nine, nine)), at="main"),
         dict(extra=jr.JournalBearing(0.05, 0.03, 1e-4, 0.01, film="full"), at="main"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 from helpers import at_instants
-from right_calls import ANGLE, WAVE, T, attached, controller, joint, line, loop
+from right_calls import ANGLE, GAS, LIQUID, WAVE, T, attached, controller, joint, line, loop
 
 import jaxrotor as jr
 from jaxrotor.elements import PD, SampledTorque
@@ -69,6 +69,18 @@ def named():
         "no arguments": lambda: jr.Rotor(),
         "force towards nowhere": lambda: attached(jr.Force(1.0, direction=(0, 0, 0))),
         "balls that cannot fit": lambda: attached(jr.RollingBearing(1e9, 0.01, 0.05, balls=20)),
+        "seal at no speed": lambda: jr.elements.AnnularSeal(*LIQUID).coefficients(None),
+        "seal over falling speeds": lambda: jr.elements.AnnularSeal(*LIQUID).support([9.0, 1.0]),
+        "seal of nothing": lambda: jr.elements.AnnularSeal(*LIQUID[:-1], 0.0).coefficients(9.0),
+        "labyrinth at text": lambda: jr.elements.LabyrinthSeal(*GAS).coefficients("fast"),
+        "labyrinth at nan": lambda: jr.elements.LabyrinthSeal(*GAS).coefficients(nan),
+        "labyrinth at many speeds": lambda: jr.elements.LabyrinthSeal(*GAS).coefficients([1.0, 2.0]),
+        "labyrinth at one speed": lambda: jr.elements.LabyrinthSeal(*GAS).support([9.0]),
+        "labyrinth over rows": lambda: jr.elements.LabyrinthSeal(*GAS).support(uneven),
+        "labyrinth over falling whirls": lambda: jr.elements.LabyrinthSeal(*GAS).support(
+            [1.0, 2.0], [9.0, 1.0]
+        ),
+        "labyrinth of nothing": lambda: jr.elements.LabyrinthSeal(*GAS[:-1], 0.0).support([1.0, 2.0]),
         "profile of one row": lambda: jr.FiniteElementShaft.from_profile([(0.0, 0.02)]),
         "profile of text": lambda: jr.FiniteElementShaft.from_profile([("a", "b"), ("c", "d")]),
         "profile of None": lambda: jr.FiniteElementShaft.from_profile(None),

@@ -6,6 +6,7 @@ together. The same unit serves study files, tables and plots.
 """
 
 import dataclasses
+import functools
 import typing
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -176,13 +177,18 @@ def problems(
 
 def _misfits(module, field, value, place: str, path: str) -> Iterator[str]:
     """Where a part belongs: is it one?"""
-    allowed = typing.get_type_hints(type(module)).get(field.name)
+    allowed = _kinds(type(module)).get(field.name)
     if typing.get_origin(allowed) is tuple and isinstance(value, tuple):
         inner = typing.get_args(allowed)[0]
         for i, one in enumerate(value):
             yield from _misplaced(inner, field, one, place, f"{path}.{i}")
         return
     yield from _misplaced(allowed, field, value, place, path)
+
+
+@functools.cache
+def _kinds(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
 
 
 def _misplaced(allowed, field, value, place: str, path: str) -> Iterator[str]:

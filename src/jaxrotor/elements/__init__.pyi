@@ -5,6 +5,10 @@ from .bearings.journal import (
     SqueezeFilmDamper as SqueezeFilmDamper,
     WorkingPoint as WorkingPoint,
 )
+from .bearings.labyrinth_seal import (
+    LabyrinthPoint as LabyrinthPoint,
+    LabyrinthSeal as LabyrinthSeal,
+)
 from .bearings.law_support import LawSupport as LawSupport
 from .bearings.radial import RadialBearing as RadialBearing
 from .bearings.rolling import (

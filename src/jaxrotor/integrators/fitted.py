@@ -25,6 +25,7 @@ import numpy as np
 from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Float
 
+from .abreast import scanned_abreast
 from .blocks import REGULAR, Blocks
 from .fitted_weights import FittedWeights
 from .ladder import Ladder
@@ -50,12 +51,14 @@ class _Carried(NamedTuple):
 class Method(NamedTuple):
     """`evaluations` of the field in a step. `probe`: whether each block ends with one more, at its last
     state, by which the run's error is known. `lasting`: whether only as many blocks are gone through as are
-    used, which reverse mode does not know. `forward`: whether it is derived by forward mode, if at all."""
+    used, which reverse mode does not know. `forward`: whether it is derived by forward mode, if at all.
+    `abreast`: whether it is not, and members of a batch are to go side by side."""
 
     evaluations: int = 1
     probe: bool = False
     lasting: bool = False
     forward: bool = False
+    abreast: bool = False
 
 
 _PLAIN = Method()
@@ -128,6 +131,8 @@ def run_through(
 
         if exact:
             (y1, N), (ys, gaps) = _as_many(one, (y, N), last + method.probe, length + method.probe)
+        elif method.abreast:
+            (y1, N), (ys, gaps) = scanned_abreast(one, (y, N), length + method.probe)
         else:
             ready = tangents_in_turn(one) if method.forward else _made_again(one)
             steps = jnp.arange(length + method.probe)

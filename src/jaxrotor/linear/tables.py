@@ -8,8 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..core.kinematics import COORDINATES
+from ..core.protocol import Inertial
 from ..core.quick import quickly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
+from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.support import LinearSupport, SpeedDependentSupport
 from ..elements.bearings.whirl_dependent import WhirlDependentSupport
 from ..machine.machine import Machine
@@ -17,7 +19,9 @@ from .coordinates import coordinate_order
 from .steady import Steady
 from .whirling import at_whirl
 
-_APART = (SpeedDependentSupport, WhirlDependentSupport, AnnularSeal)
+# Those that do nothing about the axis, and those that a machine is taken apart from.
+_SEALS = (AnnularSeal, LabyrinthSeal)
+_APART = (SpeedDependentSupport, WhirlDependentSupport, *_SEALS)
 
 
 class Tables(NamedTuple):
@@ -26,7 +30,7 @@ class Tables(NamedTuple):
     held; `turning`: the station whose speed its table is over."""
 
     rest: Machine
-    parts: tuple[SpeedDependentSupport | WhirlDependentSupport | AnnularSeal, ...]
+    parts: tuple[SpeedDependentSupport | WhirlDependentSupport | AnnularSeal | LabyrinthSeal, ...]
     places: np.ndarray
     turning: np.ndarray
 
@@ -36,7 +40,7 @@ class Tables(NamedTuple):
         return any(
             np.any(np.asarray(part.damping)[..., 5])
             for part in self.parts
-            if not isinstance(part, AnnularSeal)
+            if not isinstance(part, _SEALS)
         )
 
     def at_whirl(self, frequency: float) -> "Tables":
@@ -115,7 +119,9 @@ def _slopes(parts: tuple[Any, ...], spins: Any) -> list[Any]:
 
         there = jnp.zeros((2, 6)).at[1, 5].set(spin)
         slopes = jnp.moveaxis(jax.jacfwd(force)(there), 1, 0)
-        inertia = part.inertia(jnp.zeros(()), (tuple(there),))
+        inertia = None
+        if isinstance(part, Inertial):
+            inertia = part.inertia(jnp.zeros(()), (tuple(there),))
         inertia = jnp.zeros((6, 6)) if inertia is None else inertia
         return jnp.concatenate([slopes, -inertia[None]])
 

@@ -10,6 +10,7 @@ from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
 from ..elements.bearings.journal import AbstractFilm
+from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.law_support import LawSupport
 from ..elements.bearings.radial import RadialBearing
 from ..elements.bearings.rolling import RollingBearing
@@ -79,6 +80,7 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
 _SUPPORTS = (
     AbstractFilm,
     AnnularSeal,
+    LabyrinthSeal,
     LawSupport,
     LinearSupport,
     RadialBearing,

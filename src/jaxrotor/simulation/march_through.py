@@ -97,6 +97,7 @@ def _by_blocks(
             judged,
             lasting=setup.room is not None,
             forward=forward,
+            abreast=setup.abreast,
         ),
         None if ticking is None else ticking.tick,
         watch,

@@ -32,6 +32,7 @@ class RunSetup(eqx.Module):
 
     `linearised_at`: rad/s, of the exponential solvers' linear part; `slowest`: rad/s, of the Adams method's
     `rung_speeds`. `step`: of adaptive solvers, fixed, s.
+    `abreast`: whether it is one of a batch, and nothing is differentiated through it.
     """
 
     solver: diffrax.AbstractSolver[Any]
@@ -47,6 +48,7 @@ class RunSetup(eqx.Module):
     grid: Grid | None = eqx.field(static=True)
     room: Room | None = None
     block: int = eqx.field(static=True, default=LENGTH)  # steps by the same weights
+    abreast: bool = eqx.field(static=True, default=False)
 
     @property
     def started(self) -> "RunSetup":

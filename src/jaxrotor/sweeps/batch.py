@@ -47,6 +47,10 @@ def with_steps(setup: Setup, steps: int, evaluations: int | None = None) -> Setu
     return dataclasses.replace(setup, run=dataclasses.replace(setup.run, solver=solver))
 
 
+def _abreast(setup: Setup) -> Setup:
+    return dataclasses.replace(setup, run=dataclasses.replace(setup.run, abreast=True))
+
+
 class Outcome(NamedTuple):
     """Of a batch. `failed`: the first sample that is not finite, or -1."""
 
@@ -122,6 +126,7 @@ def _sound(output: Any, failed: Array, value: Array) -> Array:
 @lightly_compiled
 def run_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Outcome:
     """All machines of a batch at once."""
+    setup = _abreast(setup)
     return jax.vmap(lambda own: member(setup, own))(values)
 
 
@@ -132,7 +137,7 @@ def _begun_batch(setup: Setup, values: dict[str, Float[Array, " b"]]) -> Float[A
 
 @lightly_compiled
 def _run_sharded(setup: Setup, values, y0, mesh: Mesh) -> Outcome:
-    arrays, rest = eqx.partition(setup, eqx.is_array)
+    arrays, rest = eqx.partition(_abreast(setup), eqx.is_array)
 
     def share(arrays, values, y0):
         return jax.vmap(lambda own, y: member(eqx.combine(arrays, rest), own, y))(values, y0)

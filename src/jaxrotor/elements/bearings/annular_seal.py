@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...core.arguments import numbers
+from ...core.arguments import number, numbers
 from ...core.errors import InputError, refuse
+from ...core.gate import takes
 from ...core.parameter import known, parameter, problems
 from ...core.protocol import (
     AbstractAttachment,
@@ -32,7 +33,7 @@ from .bulk_flow import (
     short_coefficients,
     short_flow,
 )
-from .seal_curve import SealCurve, seal_curve, seal_forces, seal_inertia, square
+from .seal_curve import SealCurve, in_six, seal_curve, seal_forces, seal_inertia, square, wide_gap
 from .support import SpeedDependentSupport
 
 # Reynolds number (2 V clearance/nu) below which a flow is not taken for turbulent; and one never reached.
@@ -121,11 +122,7 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     )
 
     def faults(self) -> Iterator[str]:
-        if float(self.clearance) >= 0.05 * float(self.diameter):
-            yield (
-                f"clearance must be far smaller than the diameter (it is the radial one), but is "
-                f"{float(self.clearance):g} m of {float(self.diameter):g} m"
-            )
+        yield from wide_gap(self.clearance, self.diameter)
         if float(self.exit_recovery) > 1:
             yield f"exit_recovery must be at most 1, but is {float(self.exit_recovery):g}"
         for name in ("friction", "rotor_friction"):
@@ -141,6 +138,7 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
                 'take theory="finite"'
             )
 
+    @takes(speed=number("rad/s"))
     def coefficients(self, speed: Float[Array, ""] | float) -> SealPoint:
         """At a speed of the rotor, rad/s. Differentiable.
 
@@ -148,13 +146,11 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         where the flow is not turbulent.
         """
         refuse(problems(self, "AnnularSeal"))
-        number = known(jnp.asarray(speed, float))
-        if number is not None and not (number.ndim == 0 and np.isfinite(number)):
-            raise InputError(f"speed must be one finite number, but is {speed}")
         point = _point(self, jnp.asarray(speed, float))
         self._turbulent(point.reynolds_number, speed)
         return point
 
+    @takes(speeds=numbers("rad/s", least=0.0, fewest=2, rising=True))
     def support(self, speeds: Float[Array, " n"] | Any) -> SpeedDependentSupport:
         """A support with these coefficients at `speeds` (rad/s, from zero up), for runs and diagrams that
         ask for them often. Differentiable.
@@ -163,18 +159,13 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
         that do not rise from zero up, and where the flow at one of them is not turbulent.
         """
         refuse(problems(self, "AnnularSeal"))
-        speeds = numbers("rad/s", least=0.0, fewest=2, rising=True)(speeds, "speeds")
         speeds = jnp.asarray(speeds, float)
         found = _over_speeds(self, speeds)
         reynolds = known(found.reynolds_number)
-        if reynolds is not None and len(reynolds):
+        if reynolds is not None:
             least = int(np.argmin(reynolds))
             self._turbulent(found.reynolds_number[least], float(speeds[least]))
-        both = (slice(None), slice(0, 2), slice(0, 2))
-        tables = [
-            jnp.zeros((len(speeds), 6, 6)).at[both].set(x)
-            for x in (found.stiffness, found.damping, found.mass)
-        ]
+        tables = (in_six(x) for x in (found.stiffness, found.damping, found.mass))
         return SpeedDependentSupport(speeds, *tables)
 
     def _turbulent(self, reynolds: Array, speed: Any) -> None:
@@ -221,7 +212,9 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     ) -> tuple[Vec6, ...]:
         return seal_forces(self._found(motions[-1][1][5])[1], motions)
 
-    def inertia(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "6 6"]:
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
         return seal_inertia(self._found(motions[-1][1][5])[1])
 
     def leakage(

@@ -25,6 +25,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from .implicit import root
+
 # Points along the seal (Radau's, the last at the exit), and Newton's steps for the flow: of 600 seals of all
 # kinds, turned at up to 1e7 rad/s, none needs more than four.
 _POINTS, _NEWTON = 14, 6
@@ -52,14 +54,14 @@ class Gap(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """`-F = [[K, k], [-k, K]] q + [[C, c], [-c, C]] v + [[M, m], [-m, M]] a`."""
+    """`-F = [[K, k], [-k, K]] q + [[C, c], [-c, C]] v + [[M, m], [-m, M]] a`; a gas has no M and m."""
 
     K: Array
     k: Array
     C: Array
     c: Array
-    M: Array
-    m: Array
+    M: Any = None
+    m: Any = None
 
 
 def _radau(n: int) -> np.ndarray:
@@ -92,7 +94,8 @@ def finite_flow(gap: Gap) -> tuple[Array, Array]:
     (n, m), V = gap.stator, jnp.sqrt(gap.drop + settled**2)
     rub = n * (2 * gap.clearance * V / gap.viscosity) ** m * V * gap.length / gap.clearance
     w = 2 * gap.drop / (rub + jnp.sqrt(rub**2 + 2 * (1 + gap.inlet_loss) * gap.drop))
-    x = _root(left, jnp.full(_POINTS + 1, settled / size).at[0].set(jnp.log(w / size)))
+    start_at = jnp.full(_POINTS + 1, settled / size).at[0].set(jnp.log(w / size))
+    x = root(left, start_at, _NEWTON)
     return size * jnp.exp(x[0]), size * x[1:]
 
 
@@ -156,7 +159,7 @@ def short_flow(gap: Gap) -> Array:
         resistance = w**2 * (0.5 * (1 + gap.inlet_loss) + _mean_friction(gap, w)[0])
         return jnp.log(resistance / gap.drop)
 
-    return jnp.exp(_root(left, 0.5 * jnp.log(0.5 * gap.drop)[None])[0])
+    return jnp.exp(root(left, 0.5 * jnp.log(0.5 * gap.drop)[None], _NEWTON)[0])
 
 
 def short_coefficients(gap: Gap) -> tuple[Array, Coefficients]:
@@ -216,17 +219,3 @@ def _friction(gap: Gap, w: Array, u: Array, h: Array) -> tuple[Array, Array]:
     slip = u - gap.radius * gap.speed
     stator, rotor = at(gap.stator, u), at(gap.rotor, slip)
     return (stator + rotor) * w, stator * u + rotor * slip
-
-
-def _root(left, start: Array) -> Array:
-    """By Newton's method; its derivatives are those of the implicit function."""
-
-    def solved(f, x: Array) -> Array:
-        return jax.lax.fori_loop(
-            0, _NEWTON, lambda _, x: x - jnp.linalg.solve(jax.jacfwd(f)(x), f(x)), x
-        )
-
-    def linear(g, y: Array) -> Array:
-        return jnp.linalg.solve(jax.jacfwd(g)(y), y)
-
-    return jax.lax.custom_root(left, start, solved, linear)

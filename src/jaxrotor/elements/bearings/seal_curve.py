@@ -1,6 +1,7 @@
-"""What stands for a seal within a solve: its coefficients as curves over the speed, made once."""
+"""What seals of liquid and of gas share: the force of their coefficients, and what stands for them within a
+solve: the coefficients as curves over the speed, made once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -21,10 +22,10 @@ _ODD = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)
 
 class SealCurve(AbstractAttachment, Inertial):
     """`table` and its `slope` over asinh(speed/scale), in rows from the fastest backward to the fastest
-    forward; `scale`, rad/s."""
+    forward, of six coefficients or, without inertia, four; `scale`, rad/s."""
 
-    table: Float[Array, "n 6"]
-    slope: Float[Array, "n 6"]
+    table: Float[Array, "n k"]
+    slope: Float[Array, "n k"]
     scale: Float[Array, ""]
 
     def at(self, speed: Array) -> Coefficients:
@@ -45,7 +46,9 @@ class SealCurve(AbstractAttachment, Inertial):
     ) -> tuple[Vec6, ...]:
         return seal_forces(self.at(motions[-1][1][5]), motions)
 
-    def inertia(self, t: Float[Array, ""], motions: tuple[Motion, ...]) -> Float[Array, "6 6"]:
+    def inertia(
+        self, t: Float[Array, ""], motions: tuple[Motion, ...]
+    ) -> Float[Array, "6 6"] | None:
         return seal_inertia(self.at(motions[-1][1][5]))
 
 
@@ -53,8 +56,8 @@ def seal_curve(found: Callable[[Array], Coefficients], scale: Array) -> SealCurv
     """Of coefficients by the speed; `scale`, rad/s: about where the speed begins to tell."""
     # three rows more, for the slopes at the end
     speeds = scale * jnp.sinh(_STEP * jnp.arange(_ROWS + 4.0))
-    ahead = jnp.stack(jax.lax.map(found, speeds), axis=-1)
-    whole = jnp.concatenate([ahead[:0:-1] * jnp.asarray(_ODD), ahead])
+    ahead = jnp.stack(jax.tree.leaves(jax.lax.map(found, speeds)), axis=-1)
+    whole = jnp.concatenate([ahead[:0:-1] * jnp.asarray(_ODD[: ahead.shape[1]]), ahead])
     slope = sum(c * whole[k : len(whole) - 6 + k] for k, c in enumerate(_SLOPE))
     return SealCurve(whole[3:-3], jnp.asarray(slope), scale)
 
@@ -66,9 +69,23 @@ def seal_forces(found: Coefficients, motions: tuple[Motion, ...]) -> tuple[Vec6,
     return (jnp.pad(f, (0, 4)), *(jnp.zeros(6) for _ in motions[1:2]))
 
 
-def seal_inertia(found: Coefficients) -> Float[Array, "6 6"]:
-    return jnp.pad(square(found.M, found.m), (0, 4))
+def seal_inertia(found: Coefficients) -> Float[Array, "6 6"] | None:
+    return None if found.M is None else in_six(square(found.M, found.m))
 
 
 def square(direct: Array, cross: Array) -> Float[Array, "2 2"]:
     return jnp.stack([jnp.stack([direct, cross]), jnp.stack([-cross, direct])])
+
+
+def in_six(pairs: Float[Array, "*n 2 2"]) -> Float[Array, "*n 6 6"]:
+    """What acts in x and y among all six coordinates."""
+    return jnp.pad(pairs, ((0, 0),) * (pairs.ndim - 2) + ((0, 4),) * 2)
+
+
+def wide_gap(clearance: Array, diameter: Array) -> Iterator[str]:
+    """The fault of a gap for which the flow is not thin."""
+    if float(clearance) >= 0.05 * float(diameter):
+        yield (
+            f"clearance must be far smaller than the diameter (it is the radial one), but is "
+            f"{float(clearance):g} m of {float(diameter):g} m"
+        )
