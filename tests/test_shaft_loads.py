@@ -246,6 +246,23 @@ def test_derivatives_of_a_buckling_factor():
     assert float(jr.linear.buckling_factor(machine, shafts="one")) != pytest.approx(found, rel=1e-3)
 
 
+def test_past_buckling_it_is_said():
+    """Modes and critical speeds are of what swings; that the machine leaves its position is no mode."""
+    machine = loaded()
+    factor = float(jr.linear.buckling_factor(machine))
+    paths = ("one.axial_force", "one.torque", "two.axial_force")
+    for share, told in ((0.99, False), (1.01, True)):
+        own = machine.set({path: share * factor * machine.get(path) for path in paths})
+        model = jr.linear.linearize(own)
+        assert (float(model.growth) > 1.0) == told
+        for call in (lambda: jr.linear.modes(model, 3), lambda: jr.linear.critical_speeds(own)):  # noqa: B023
+            if told:
+                with pytest.warns(UserWarning, match="leaves its position .* it has buckled"):
+                    call()
+            else:
+                call()  # a warning is an error here
+
+
 def test_a_shaft_with_torque_keeps_its_stations():
     """Planes that push each other are not condensed apart; an axial force is as any stiffness."""
     machine = loaded()
@@ -261,6 +278,12 @@ def test_a_shaft_with_torque_keeps_its_stations():
         (
             lambda m: jr.linear.buckling_factor(m.set({"one.torque": 0.0, "one.axial_force": 1.0})),
             "no factor of these loads makes the machine buckle",
+        ),
+        (
+            lambda m: jr.linear.buckling_factor(
+                m.set({"one.torque": 0.0, "one.axial_force": 0.0, "two.axial_force": 0.0})
+            ),
+            "`one.axial_force`: is zero, as all loads",
         ),
         (
             lambda m: jr.linear.buckling_factor(

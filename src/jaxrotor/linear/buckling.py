@@ -49,6 +49,10 @@ def buckling_factor(
     paths = _loads(machine, shafts)
     if traced(machine, at):
         return _derivable(machine, paths, at)
+    if not any(np.any(np.asarray(machine.get(path))) for path in paths):
+        raise InputError(
+            f"`{paths[0]}`: is zero, as all loads of the machine's shafts are: give one that is to grow"
+        )
     bare = machine.set({path: jnp.zeros_like(machine.get(path)) for path in paths})
     rows = _lateral(machine)
     loaded, free = (

@@ -88,6 +88,7 @@ def critical_speeds(
     Derivatives by every parameter are exact in both modes, first ones (of several that coincide, those of
     their mean). Under `jit` a machine whose stiffness depends on the speed gives NaN, and `damped` is
     refused. Raises `InputError` where scales are so far apart that rounding hides some of those asked for.
+    Warns where the machine at rest has buckled (`modes`).
 
     Source: Friswell et al., Dynamics of Rotating Machines (2010), sec. 6.8 and 6.9.
     """

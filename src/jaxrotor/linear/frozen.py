@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Complex, Float, Int
 
 from ..core.quick import traced
 from ..machine.machine import Machine
+from .divergence import warn_of_divergence
 from .linearise import LinearModel, linearize, linearize_checked, models_at
 from .modes import shares_of, whirl_form, whirl_of
 from .pencil import whirling
@@ -61,8 +62,9 @@ def matrices_at_rest(machine: Machine, at: Any) -> Matrices:
     speeds = np.append(0.0, PROBES)
     if traced(machine, at):
         return _derivable(machine, at)
-    models = models_at(machine, at)
-    return _at_rest(jax.tree.map(lambda *x: np.stack(x), *map(models, speeds)), np)
+    models = list(map(models_at(machine, at), speeds))
+    warn_of_divergence(models[0])
+    return _at_rest(jax.tree.map(lambda *x: np.stack(x), *models), np)
 
 
 @eqx.filter_jit

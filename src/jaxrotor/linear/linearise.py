@@ -29,6 +29,7 @@ from .eigen import eigensystem, eigensystem_numbers
 from .instant import prepare
 from .over_speed import OverSpeed
 from .steady import Steady, steady
+from .whirling import whirl_dependent
 
 # A rounding in every product of a sum, and some to spare.
 _ROUNDING = 4 * float(np.finfo(float).eps)
@@ -36,7 +37,7 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 _REAL = 1e-6
 
 
-@shows(without=("state",), speed="rad/s", spins="rad/s")
+@shows(without=("state", "of_whirl"), speed="rad/s", spins="rad/s")
 class LinearModel(eqx.Module):
     """Small motions about a steady state: `M q'' + (C + G) q' + K q = F`, and with the elements' internal
     states `x' = A x + B F`, x = (q, q', internal).
@@ -47,6 +48,7 @@ class LinearModel(eqx.Module):
     - `A`: (d, d), `B`: (d, n). `speed`: rad/s. `state`: the steady state, as the user sees it.
     - `coordinates`: (station, coordinate) of each row; `spins`: speed of that station, rad/s (behind gears
       another than `speed`).
+    - `of_whirl`: names of the supports with coefficients over whirl frequency; here those of the spin's.
 
     A pytree: `jax.vmap` over speeds or parameters and derivatives in both modes work.
     """
@@ -61,6 +63,7 @@ class LinearModel(eqx.Module):
     spins: Float[Array, " n"]
     state: State
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    of_whirl: tuple[str, ...] = eqx.field(static=True, default=())
 
     plot = plot_door()
 
@@ -165,7 +168,9 @@ def linearize(
     this speed (internal states too); `"undeformed"`; or a `State`, whose own speeds and accelerations
     then count. In the first two, forces from outside bear what is not in balance (drag on a free spin;
     weight, where undeformed). Everything comes from the vector field by automatic differentiation, so it
-    holds for any component. Raises `InputError` for another `at`, and for a speed that is not finite.
+    holds for any component. Coefficients over whirl frequency are those of the spin's own: where each mode
+    is to have its own, see `matched_modes`. Raises `InputError` for another `at`, and for a speed that is
+    not finite.
     """
     check_linearized(at)
     machine.check()
@@ -273,6 +278,7 @@ def _ordered(machine: Machine, M, D, K, A, B, speed, state: State) -> LinearMode
         spins,
         state,
         labels,
+        whirl_dependent(machine),
     )
 
 

@@ -1,5 +1,6 @@
 """What each mode is: which way it whirls, what moves in it, and its name."""
 
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import scipy.linalg
 from ..core.arguments import whole
 from ..core.gate import takes
 from ..core.result_text import HERTZ, shows, table_of
+from .divergence import warn_of_divergence
 from .linearise import LinearModel
 from .lowest_modes import lowest
 
@@ -48,7 +50,15 @@ def modes(model: LinearModel, count: int | None = None) -> list[Mode]:
     """The oscillating modes by rising natural frequency, named; `count`: the lowest only (quicker where
     the model is large). Not for use under `jit`, nor differentiable: for derivatives take
     `model.natural_frequencies`, which has the same order. Raises `InputError` where `model` is no
-    `LinearModel`, or `count` is below 1."""
+    `LinearModel`, or `count` is below 1. Warns where the machine leaves its position without swinging (it has
+    buckled), which is no mode, and where coefficients over whirl frequency are held at the spin's."""
+    warn_of_divergence(model)
+    if model.of_whirl:
+        warnings.warn(
+            f"`{model.of_whirl[0]}`: its coefficients over whirl frequency are those of the spin's own here; "
+            "`jr.linear.matched_modes(machine, speed)` gives each mode those of its own frequency",
+            stacklevel=2,
+        )
     return named(model, *lowest(model, count))
 
 

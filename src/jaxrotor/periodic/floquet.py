@@ -18,6 +18,9 @@ from .waves import Waves
 
 # Of the exponential: doublings, for norms up to 2^40; steps by which its rows and columns are balanced.
 _DOUBLINGS, _BALANCING = 40, 40
+import os
+DEBUG=True
+MOST=float(os.environ.get('MOST','1'))
 # Where in a step Gauss's points are.
 _GAUSS = 0.5 + np.sqrt(15) / 10 * np.array([-1.0, 0.0, 1.0])
 
@@ -40,12 +43,19 @@ def monodromy(
     curve = 10 / 3 * (third - 2 * second + first)
     inner = _commutator(even, odd)
     outer = odd - _commutator(even, 2 * curve + inner) / 60
-    exponents = even + curve / 12 + _commutator(inner - 20 * even - curve, outer) / 240
+    mean = even + curve / 12
+    turned = _commutator(inner - 20 * even - curve, outer) / 240
+    once = _flows(mean + turned)
+    first, second = _flows(0.5 * mean - odd / 6), _flows(0.5 * mean + odd / 6)
+    twice = first + second + second @ first
+    size = jnp.max(jnp.sum(jnp.abs(turned), axis=-1), axis=-1)
+    if DEBUG: jax.debug.print("size {} {} even {}", jnp.max(size), jnp.median(size), jnp.max(jnp.sum(jnp.abs(even),axis=-1)))
+    flows = jnp.where((size < MOST)[:, None, None], once, twice)
 
     def step(product, flow):
         return product + flow @ product, None
 
-    product = jax.lax.scan(step, jnp.eye(J.shape[-1]), _flows(exponents))[0]
+    product = jax.lax.scan(step, jnp.eye(J.shape[-1]), flows)[0]
     return product / scale * scale[:, None]
 
 
