@@ -246,17 +246,33 @@ def test_period_doubling_and_the_branch_that_begins_there():
     assert not branch.stable[doubling.after + 1] and branch.stable[doubling.after]
 
 
-def test_a_journal_starts_to_whirl_where_its_eigenvalues_say():
-    """With next to no unbalance the pair of multipliers leaves the unit circle at the threshold of the linear
-    model."""
+def journal():
     film = jr.JournalBearing(diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1)
-    machine = jr.Machine.in_line(
+    return jr.Machine.in_line(
         {"journal": jr.Rotor(525 / 9.81, 0.1, 0.05, unbalance=jr.Unbalance(1e-9))},
         attachments={"film": (film, "journal")},
         gravity=(0.0, -9.81, 0.0),
         fixed={"journal": ("z", "psi", "theta")},
         prescribed={"journal": {"phi": jr.ConstantSpeed(600.0)}},
     )
+
+
+@pytest.mark.parametrize("mass, speed", [(5.0, 30.0), (20.0, 30.0), (5.0, 100.0)])
+def test_a_light_journal_in_a_stiff_film_has_the_multipliers_of_its_eigenvalues(mass, speed):
+    """Forces decay within a thousandth of a turn, and vary a little with the whirl."""
+    machine = journal().set({"journal.mass": mass, "journal.unbalance.eccentricity": 5e-6})
+    rates = np.asarray(jr.linearize(machine, speed).eigenvalues)
+    assert rates.real.min() < -25 * speed
+    motion = harmonic_balance(machine, speed, harmonics=2)
+    assert float(motion.amplitude("journal.x")) < 1e-7
+    slowest = np.exp(2 * np.pi / speed * rates.real.max())
+    assert float(motion.largest_multiplier) == pytest.approx(slowest, rel=3e-6)
+
+
+def test_a_journal_starts_to_whirl_where_its_eigenvalues_say():
+    """With next to no unbalance the pair of multipliers leaves the unit circle at the threshold of the linear
+    model."""
+    machine = journal()
     branch = continuation(machine, (700.0, 900.0), harmonics=2, step=0.1)
     (onset,) = branch.special
     threshold = brentq(lambda w: float(jr.linearize(machine, w).growth), 850.0, 880.0, xtol=1e-9)

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,30 +15,27 @@ from ..core.parameter import require_x64
 from ..core.quick import traced
 from ..linear.condensing import condensed_below
 from ..machine.machine import Machine
-from ..machine.system import System
 from ..simulation.assembling import systems_of
 from .branch import Branch
 from .harmonic_balance import (
     first_found,
     first_guess,
-    found_near,
     motion_of,
     refuse_lost,
     waves_of,
 )
 from .motion import PeriodicMotion
 from .repeats import refuse_not_driven, refuse_other_periods
-from .root import kinds_of
 from .special import special_between
-from .waves import Waves
+from .way import Point, Way
 
 # Of an arc: the shortest that is tried, over the longest; the angle (rad) between tangents that is aimed
 # at, and beyond which a shorter one is tried down to so many times the shortest.
 _SHORTEST, _AIM, _MOST_TURN, _KINK = 5e-5, 0.2, 0.5, 60.0
-# Past a corner, in shortest arcs; and the cosine from which on two tangents are one.
-_PAST, _ALIKE = 4.0, 0.995
-# Steps of Newton's method along a branch, and how many are few.
-_STEPS, _FEW = 8, 4
+# Round a corner that one sample of a contact more makes: the longest arc, over the longest of all.
+_CORNER = 0.2
+# Steps of Newton's method that are few.
+_FEW = 4
 
 
 @takes(
@@ -100,84 +97,11 @@ def continuation(
     def told(x: np.ndarray) -> PeriodicMotion:
         return jax.tree.map(np.asarray, motion_of(actual, x, waves, stations))
 
-    return _followed(_Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
-
-
-class Point(NamedTuple):
-    """`x`: (size + 1,); `tangent`: the same, of length 1 in the metric of the branch."""
-
-    x: np.ndarray
-    tangent: np.ndarray
-    steps: int
-
-
-class _Way:
-    """Arcs, measured in parts of the range of speeds and of the motion's size so far, kind by kind."""
-
-    def __init__(self, system: System, waves: Waves, first: float, last: float, longest: float):
-        self.system, self.waves, self.first, self.last = system, waves, first, last
-        self.longest, self.range = longest, abs(last - first)
-        self.kinds: np.ndarray = np.zeros(0)
-        self.sizes = np.zeros(4)
-
-    def grow(self, x: np.ndarray) -> None:
-        if not self.kinds.size:
-            self.kinds = kinds_of(self.system, (x.size - 1) // self.waves.count, self.waves)
-        own = [np.sqrt(np.sum(x[:-1][self.kinds[:-1] == k] ** 2)) for k in range(3)]
-        self.sizes = np.maximum(self.sizes, [*own, self.range])
-
-    @property
-    def weights(self) -> np.ndarray:
-        """Of the squares of an arc."""
-        sizes = np.where(self.sizes > 0, self.sizes, 1.0)
-        return (1.0 / sizes**2)[self.kinds]
-
-    def point(self, found: Any) -> Point:
-        tangent = np.asarray(found.tangent)
-        return Point(np.asarray(found.x), self.unit(tangent), int(found.steps))
-
-    def unit(self, tangent: np.ndarray) -> np.ndarray:
-        return tangent / np.sqrt(np.sum(self.weights * tangent**2))
-
-    def onward(self, point: Point, arc: float) -> Point | None:
-        """The point of the branch in the plane across its tangent at this distance."""
-        plane = self.weights * point.tangent
-        found = found_near(self.system, point.x + arc * point.tangent, plane, self.waves, _STEPS)
-        return self.point(found) if bool(found.settled) else None
-
-    def round_corner(self, here: Point, arc: float) -> Point | None:
-        """The next point where the branch has a corner just ahead (all of an orbit meets or leaves a sharp
-        contact at once): along the tangent that it would have beyond, in the sense in which it does so."""
-        beyond = here.x + _PAST * arc * here.tangent
-        found = found_near(self.system, beyond, self.weights * here.tangent, self.waves, 1)
-        tangent = self.unit(np.asarray(found.tangent))
-        if not np.all(np.isfinite(tangent)):
-            return None
-        for far in (2 * _PAST, 8 * _PAST, 32 * _PAST):
-            for sense in (1.0, -1.0):
-                there = self.onward(Point(here.x, sense * tangent, 0), far * arc)
-                if there is None:
-                    continue
-                along = np.sum(self.weights * there.tangent * tangent) * sense
-                back = np.sum(self.weights * there.tangent * here.tangent)
-                if along > _ALIKE and back > -_ALIKE:
-                    return there
-        return None
-
-    def at(self, speed: float, guess: np.ndarray) -> Point | None:
-        guess = np.append(guess[:-1], speed)
-        plane = np.append(np.zeros(guess.size - 1), 1.0)
-        found = found_near(self.system, guess, plane, self.waves, _STEPS)
-        return self.point(found) if bool(found.settled) else None
-
-    def beyond(self, x: np.ndarray) -> float | None:
-        """The end of the range that has been passed."""
-        low, high = sorted((self.first, self.last))
-        return low if x[-1] < low else high if x[-1] > high else None
+    return _followed(Way(actual, waves, first, last, step), np.asarray(found.x), told, points)
 
 
 def _followed(
-    way: _Way, x: np.ndarray, told: Callable[[np.ndarray], PeriodicMotion], most: int
+    way: Way, x: np.ndarray, told: Callable[[np.ndarray], PeriodicMotion], most: int
 ) -> Branch:
     way.grow(x)
     here = way.at(way.first, x)
@@ -224,15 +148,17 @@ def _followed(
     return Branch(np.array([p.x[-1] for p in path]), every, tuple(special))
 
 
-def _next(way: _Way, here: Point, arc: float, shortest: float) -> tuple[Point | None, float, float]:
+def _next(way: Way, here: Point, arc: float, shortest: float) -> tuple[Point | None, float, float]:
     """The next point, the arc to it, and the arc that is tried from there."""
     while True:
         there = way.onward(here, arc)
         if there is not None:
             cosine = float(np.sum(way.weights * here.tangent * there.tangent))
             turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
-            if turn <= _MOST_TURN or arc <= _KINK * shortest:
-                more = np.clip(_AIM / max(turn, 1e-9), 0.5, 1.6)
+            gentle = turn <= _MOST_TURN or arc <= _KINK * shortest
+            corner = not gentle and arc <= _CORNER * way.longest
+            if gentle or (corner and way.round_one_corner(here, there)):
+                more = 1.0 if corner else np.clip(_AIM / max(turn, 1e-9), 0.5, 1.6)
                 more = more if there.steps <= _FEW else min(more, 0.7)
                 return there, arc, float(np.clip(more * arc, shortest, way.longest))
         if arc <= shortest:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +13,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.parameter import known, require_x64
 from ..core.quick import lightly_compiled, quickly_compiled, traced
+from ..core.threads import one_thread
 from ..linear.condensing import condensed_below
 from ..machine.field import initial_states, n_free
 from ..machine.machine import Machine
@@ -166,6 +168,12 @@ _PROGRAMS = {
 
 
 def _program(name: str, system: System) -> Any:
-    """One that is compiled soon for a small machine, one that runs fast for a large one."""
+    """One that is compiled soon for a small machine, one that runs fast for a large one. In one thread: those
+    of LAPACK wait for each other ten times as long as they work."""
     small = n_free(system) <= _SMALL
-    return _PROGRAMS[name, quickly_compiled if small else lightly_compiled]
+    run = _PROGRAMS[name, quickly_compiled if small else lightly_compiled]
+    return one_thread(lambda *given: _ended(run(*given)))
+
+
+def _ended(found: Any) -> Any:
+    return found if traced(found) else jax.block_until_ready(found)
