@@ -1,3 +1,4 @@
+from .accelerations import read_accelerations as read_accelerations
 from .coefficients import read_coefficients as read_coefficients
 from .ross import from_ross as from_ross
 from .to_ross import to_ross as to_ross

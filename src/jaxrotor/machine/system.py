@@ -219,7 +219,7 @@ def _put_together(
         tuple(rows),
         groups,
         ground,  # pyright: ignore
-        machine.motions,
+        tuple(motion.prepared() for motion in machine.motions),
         tuple(actors),
         machine.gravity,
         *matrices,
