@@ -14,6 +14,7 @@ from .bearings.labyrinth_seal import (
     LabyrinthSeal as LabyrinthSeal,
 )
 from .bearings.law_support import LawSupport as LawSupport
+from .bearings.measured_foundation import MeasuredFoundation as MeasuredFoundation
 from .bearings.modal_foundation import ModalFoundation as ModalFoundation
 from .bearings.moving_base import MovingBase as MovingBase
 from .bearings.pad_point import PadPoint as PadPoint

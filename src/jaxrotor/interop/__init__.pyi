@@ -1,4 +1,5 @@
 from .accelerations import read_accelerations as read_accelerations
 from .coefficients import read_coefficients as read_coefficients
+from .receptance import FittedReceptance as FittedReceptance, fit_receptance as fit_receptance
 from .ross import from_ross as from_ross
 from .to_ross import to_ross as to_ross

@@ -1,6 +1,7 @@
 """A rigid floor that moves as it is told."""
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -29,6 +30,8 @@ class MovingBase(AbstractFoundation):
     damping: Float[Array, "6"] | Float[Array, "n 6"] = parameter(
         nonnegative=True, shapes=((6,), (None, 6)), default=(0.0,) * 6, units=DAMPING
     )
+
+    signals: ClassVar[dict[str, str]] = {"ground": "m"}
 
     def faults(self) -> Iterator[str]:
         yield from mount_faults(self.places.shape[0], self.stiffness, self.damping)
