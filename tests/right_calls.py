@@ -142,6 +142,17 @@ PARTS: dict[str, tuple] = {
         (9.0, (1.0, 1.2, 1.5), ((0.0, 0.1, 0.2),), SIX, ((0.0, -0.1, 0.0),), SIX),
     ),
     "ModalFoundation": (attached, ((3.0, 5.0), 0.1, np.full((1, 3, 2), 0.1), SIX)),
+    "MeasuredFoundation": (
+        attached,
+        (
+            ((0.0, 1.0), (-4.0, -0.1)),
+            ((0.0, 0.0), (1.0, 0.5)),
+            ((1.0, 0.0), (0.5, 0.0)),
+            SIX,
+            (0.0,) * 6,
+            2,
+        ),
+    ),
     "BaseMotion": (grounded, (jr.profiles.HarmonicMotion((1e-4,), (3.0,)),)),
     "Rub": (attached, (1e-3, 1e6, 0.1)),
     "SpeedDependentSupport": (attached, ((0.0, 100.0), (SIX, SIX), (SIX, SIX))),

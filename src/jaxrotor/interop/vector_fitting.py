@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Poles that move by less than this part of themselves are found.
-_SETTLED = 1e-13
+# Poles that move by less than this part of the largest are found.
+_SETTLED = 1e-10
 
 
 class Rational(NamedTuple):
@@ -33,7 +33,7 @@ def starting_poles(frequencies: np.ndarray, count: int) -> np.ndarray:
 
 
 def vector_fit(
-    s: np.ndarray, responses: np.ndarray, weights: np.ndarray, count: int, rounds: int = 60
+    s: np.ndarray, responses: np.ndarray, weights: np.ndarray, count: int, rounds: int = 25
 ) -> Rational:
     """Through `responses` (h, n) at s (n,) on the imaginary axis, `weights` alike; falls off with 1/s² or
     faster (the residues sum to zero)."""
@@ -77,16 +77,16 @@ def _relocated(
     s: np.ndarray, responses: np.ndarray, weights: np.ndarray, poles: np.ndarray
 ) -> np.ndarray:
     """The zeros of sigma = 1 + sum c / (s - poles), where `sigma response` has the poles that are given."""
-    basis, m, rows, right = _basis(s, poles), len(poles), [], []
-    for response, weight in zip(responses, weights):
-        w = weight[:, None]
-        whole = _real(np.concatenate([w * basis, -w * basis * response[:, None]], axis=1))
-        size = np.linalg.norm(whole, axis=0)
-        size[m:] = 1.0  # the common unknowns keep one scale
-        Q, R = np.linalg.qr(whole / np.where(size > 0, size, 1.0))
-        rows.append(R[m:, m:])
-        right.append(Q[:, m:].T @ _real(weight * response))
-    c = _scaled(np.concatenate(rows), np.concatenate(right)[:, None])[:, 0]
+    basis, m = _basis(s, poles), len(poles)
+    own = weights[..., None] * basis
+    parts = [own, -own * responses[..., None], (weights * responses)[..., None]]
+    stacked = np.concatenate(parts, axis=-1)
+    stacked = np.concatenate([stacked.real, stacked.imag], axis=1)
+    # each response's own unknowns are eliminated: the lower rows of R hold the common ones and the right side
+    size = np.linalg.norm(stacked[..., :m], axis=1, keepdims=True)
+    stacked[..., :m] /= np.where(size > 0, size, 1.0)
+    R = np.linalg.qr(stacked, mode="r")[:, m : 2 * m + 1, m:].reshape(-1, m + 1)
+    c = _scaled(R[:, :m], R[:, m:])[:, 0]
     A, b = _diagonal(poles)
     found = np.linalg.eigvals(A - np.outer(b, c))
     found = np.where(found.real > 0, -found.conj(), found)  # an unstable one is mirrored
