@@ -5,7 +5,7 @@ weight sigma); Deschrijver et al., IEEE Microw. Wireless Compon. Lett. 18 (2008)
 eliminated by itself). Written from the papers.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,7 +85,8 @@ def _relocated(
     # each response's own unknowns are eliminated: the lower rows of R hold the common ones and the right side
     size = np.linalg.norm(stacked[..., :m], axis=1, keepdims=True)
     stacked[..., :m] /= np.where(size > 0, size, 1.0)
-    R = np.linalg.qr(stacked, mode="r")[:, m : 2 * m + 1, m:].reshape(-1, m + 1)
+    triangle: Any = np.linalg.qr(stacked, mode="r")
+    R = triangle[:, m : 2 * m + 1, m:].reshape(-1, m + 1)
     c = _scaled(R[:, :m], R[:, m:])[:, 0]
     A, b = _diagonal(poles)
     found = np.linalg.eigvals(A - np.outer(b, c))
@@ -108,7 +109,7 @@ def _diagonal(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return A, b
 
 
-def _paired(found: np.ndarray) -> np.ndarray:
+def _paired(found: Any) -> np.ndarray:
     """By size, pairs side by side, exactly conjugate."""
     scale = np.abs(found)
     real = found[np.abs(found.imag) <= 1e-14 * scale].real
