@@ -55,7 +55,8 @@ class MeasuredFoundation(AbstractAttachment, Settling, Energetic, Powered):
             )
             return
         A, B, C = (np.asarray(x) for x in (self.A, self.B, self.C))
-        if np.abs(C @ B).max() > 1e-8 * np.max(np.abs(C) @ np.abs(B)):
+        size = np.linalg.norm(C, axis=1).max() * np.linalg.norm(B, axis=0).max()
+        if np.abs(C @ B).max() > 1e-8 * size:
             yield "C B must be zero (a force does not make a speed jump), but is not"
         if np.linalg.eigvals(A).real.max() >= 0:
             yield (
