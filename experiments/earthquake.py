@@ -64,7 +64,7 @@ def build(record: jr.profiles.AccelerationRecord, frequency: float, ratio: float
     )
     shaft = jr.Shaft(0.6, 0.1, rayleigh=(0.0, 2e-5))
     journal = jr.Rotor(10.0, 0.02, 0.03)
-    disc = jr.Rotor(300.0, 12.0, 7.0, unbalance=jr.Unbalance(1e-5))
+    disc = jr.Rotor(300.0, 12.0, 7.0)  # balanced: what is seen is the ground's
     line = {"left": journal, "shaft 1": shaft, "disc": disc, "shaft 2": shaft, "right": journal}
     return jr.Machine.in_line(line, {"foundation": (block, JOURNALS)}, gravity=(0.0, -GRAVITY, 0.0))
 
