@@ -80,7 +80,9 @@ class MagneticBearing(
     )
     angle: Float[Array, ""] = parameter("rad", default=0.7853981633974483)
     setpoint: Pair = parameter("m", shapes=((2,),), default=(0.0, 0.0))
-    fails_at: Float[Array, ""] | None = parameter("s", optional=True, default=None)
+    fails_at: Float[Array, ""] | None = parameter(
+        "s", optional=True, default=None, nonnegative=True
+    )
     decay_time: Float[Array, ""] = parameter("s", positive=True, default=1e-3)
     other_magnet: AbstractMagnet | None = None
     other_controller: AbstractPositionController | None = None
