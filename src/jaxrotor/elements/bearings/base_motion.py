@@ -7,12 +7,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.kinematics import COORDINATES
-from ...core.part import Part
 from ...core.protocol import Vec6
+from ...profiles.base import AbstractBase
 from ...profiles.motion import AbstractMotion, differentiate
 
 
-class BaseMotion(Part):
+class BaseMotion(AbstractBase):
     """The motion of the ground under a machine, in the coordinates of a station: `x`, `y`, `z` (m) of its
     origin and small turns `psi`, `theta`, `phi` (rad) about it, each an `AbstractMotion` such as an
     `AccelerationRecord`; what is left out stays zero.

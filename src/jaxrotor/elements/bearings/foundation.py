@@ -19,7 +19,7 @@ from ...core.protocol import (
     Timed,
     Vec6,
 )
-from .base_motion import BaseMotion
+from ...profiles.base import AbstractBase
 
 # Units of six stiffnesses and dampings.
 STIFFNESS = ("N/m",) * 3 + ("N*m/rad",) * 3
@@ -43,7 +43,7 @@ class ReadyFoundation(AbstractAttachment, Settling, Energetic, Powered, Timed):
     participation: Float[Array, "m 6"] = parameter(shapes=((None, 6),))
     mount_stiffness: Float[Array, "n 6"] = parameter(shapes=((None, 6),))
     mount_damping: Float[Array, "n 6"] = parameter(shapes=((None, 6),))
-    base: BaseMotion | None
+    base: AbstractBase | None
 
     def initial(self) -> Float[Array, " k"]:
         return jnp.zeros(2 * self.mass.shape[0])
