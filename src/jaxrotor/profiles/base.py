@@ -9,6 +9,10 @@ from .motion import Scalar
 
 Vec6 = Float[Array, "6"]
 
+# rad: turns are of first order. What is left out is the weight's part along a floor that leans, and forces
+# that lean with it: this part of them.
+LARGEST_TURN = 0.02
+
 
 class AbstractBase(Part):
     """A rigid ground that moves: x, y, z (m) of its origin and small turns psi, theta, phi (rad) about it."""

@@ -36,6 +36,9 @@ class AccelerationRecord(AbstractMotion):
     def top_frequency(self) -> Float[Array, ""]:
         return row_frequency(self.times)
 
+    def reach(self) -> Float[Array, ""]:
+        return jnp.max(jnp.abs(self.prepared().positions))
+
     def prepared(self) -> "IntegratedRecord":
         h, a = jnp.diff(self.times), self.accelerations
         none = jnp.zeros(1)
@@ -122,3 +125,7 @@ class HarmonicMotion(AbstractMotion):
 
     def top_frequency(self) -> Float[Array, ""]:
         return 2 * jnp.pi * jnp.max(jnp.abs(self.frequencies), initial=0.0)
+
+    def reach(self) -> Float[Array, ""]:
+        cosines = jnp.zeros_like(self.sines) if self.cosines is None else self.cosines
+        return jnp.sum(jnp.hypot(self.sines, cosines))

@@ -6,6 +6,7 @@ motion against it.
 """
 
 import dataclasses
+import warnings
 from typing import Any
 
 import equinox as eqx
@@ -13,8 +14,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..core.parameter import numbers
+from ..core.quick import quickly_compiled
 from ..machine.system import Actor, System
-from ..profiles.base import AbstractBase, Released
+from ..profiles.base import LARGEST_TURN, AbstractBase, Released
+from .response import Response
 
 
 def _is_base(x: Any) -> bool:
@@ -72,3 +76,26 @@ def shaking(system: System, times: Float[Array, " nt"]) -> Float[Array, " nt"]:
 
         strongest = jnp.maximum(strongest, jax.vmap(now)(times))
     return strongest
+
+
+def tell_turns(response: Response) -> None:
+    """Warns of a ground that turned by more than first order bears."""
+    system = response._system
+    if not bases(system):
+        return
+    most = float(numbers(_most_turned(system, response.t)))
+    if most > LARGEST_TURN:
+        warnings.warn(
+            f"the ground turned by {most:.3g} rad, but {LARGEST_TURN} rad are what first order is right of: "
+            "the weight's part along a floor that leans is left out, and forces that lean with it",
+            stacklevel=3,
+        )
+
+
+@quickly_compiled
+def _most_turned(system: System, times: Float[Array, " nt"]) -> Float[Array, ""]:
+    turned = [
+        jax.vmap(lambda t, one=one: jax.vmap(lambda b: b.at(t)[0][3:], in_axes=-1)(one))(times)
+        for one in bases(system)
+    ]
+    return jnp.max(jnp.abs(jnp.concatenate([x.ravel() for x in turned])))

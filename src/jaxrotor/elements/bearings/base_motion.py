@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ...core.kinematics import COORDINATES
 from ...core.protocol import Vec6
-from ...profiles.base import AbstractBase
+from ...profiles.base import LARGEST_TURN, AbstractBase
 from ...profiles.motion import AbstractMotion, differentiate
 
 
@@ -18,8 +18,9 @@ class BaseMotion(AbstractBase):
     `AccelerationRecord`; what is left out stays zero.
 
     Coordinates are those of space that stands still, so that what a turning ground does to a spinning rotor
-    (gyroscopic moments, centrifugal and Coriolis forces) needs no terms of its own. Turns are of first order:
-    up to a hundredth of a radian, beyond which shafts, that are linear too, would be stretched.
+    (gyroscopic moments, centrifugal and Coriolis forces) needs no terms of its own. Turns are of first order and
+    may come to 0.02 rad: beyond that they are refused, or, of a motion that does not know its `reach`, told
+    after a run. What is left out is the weight's part along a floor that leans, and forces that lean with it.
     """
 
     x: AbstractMotion | None = eqx.field(default=None, metadata={"straight": True})
@@ -32,6 +33,14 @@ class BaseMotion(AbstractBase):
     def faults(self) -> Iterator[str]:
         if all(motion is None for motion in self._each()):
             yield f"a motion must be given for one of {', '.join(COORDINATES)}, but there is none"
+        for name, motion in zip(COORDINATES[3:], self._each()[3:]):
+            reach = None if motion is None else motion.reach()
+            if reach is not None and float(reach) > LARGEST_TURN:
+                yield (
+                    f"{name} must not exceed {LARGEST_TURN} rad, of which first order is right, but comes to "
+                    f"{float(reach):.3g} rad: leave it out, and give what it does at the machine as motions "
+                    "along x, y, z, or a turned gravity"
+                )
 
     def at(self, t: Float[Array, ""]) -> tuple[Vec6, Vec6, Vec6]:
         """Coordinates, rates and accelerations at the time t (s)."""
