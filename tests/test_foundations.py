@@ -7,6 +7,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from foundation_cases import (
+    ARMS,
+    BASE,
+    FEET,
+    FOOT,
+    MOUNT,
+    MOUNT_C,
+    ROTORS,
+    TENSOR,
+    assembled,
+    block,
+    by_size,
+    on,
+)
 from helpers import TIGHT, assert_derivatives_agree
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
@@ -175,26 +189,6 @@ def test_signals_and_forces_of_a_base():
 # A block, by itself and from stations
 
 
-ARMS = np.array([[0.1, 0.5, -0.6], [-0.1, 0.45, 0.7]])
-FEET = np.array([[-0.8, -0.4, -0.9], [0.8, -0.4, -0.9], [-0.8, -0.4, 0.9], [0.7, -0.5, 0.9]])
-TENSOR = np.array([[30.0, 1.0, 0.5], [1.0, 40.0, -2.0], [0.5, -2.0, 25.0]])
-FOOT, FOOT_C = np.array([3e6, 5e6, 2e6, 0, 0, 0]), np.array([3e3, 5e3, 2e3, 0, 0, 0])
-MOUNT = np.array([[4e6, 6e6, 1e6, 1e4, 2e4, 1e3], [5e6, 5e6, 2e6, 2e4, 1e4, 2e3]])
-MOUNT_C = MOUNT * 3e-4
-ROTORS = {"fan": jr.Rotor(40.0, 0.9, 0.5), "pump": jr.Rotor(25.0, 0.4, 0.3)}
-BASE = el.BaseMotion(
-    y=pr.HarmonicMotion([1e-3], [9.0]), theta=pr.HarmonicMotion([1e-4], [4.0], [2e-4])
-)
-
-
-def block(base=None):
-    return el.FoundationBlock(400.0, TENSOR, ARMS, MOUNT, FEET, FOOT, MOUNT_C, FOOT_C, base)
-
-
-def on(foundation, gravity=(0.0, 0.0, 0.0)):
-    return jr.Machine({**ROTORS, "base": foundation}, {"base": ("fan", "pump")}, gravity=gravity)
-
-
 def modal(base=None):
     """The same block by its modes: FOOT_C is proportional to FOOT."""
     Kg, Cg = (np.asarray(x) for x in block().ground_matrices())
@@ -206,37 +200,6 @@ def modal(base=None):
         w / (2 * np.pi), np.diag(F.T @ Cg @ F) / (2 * w), T @ F, MOUNT, MOUNT_C,
         base=base, places=ARMS, participation=F.T @ Mb,
     ), F  # fmt: skip
-
-
-def arm(r):
-    """By the cross product, column by column."""
-    T = np.eye(6)
-    for k in range(3):
-        T[:3, 3 + k] = np.cross(np.eye(3)[k], r)
-    return T
-
-
-def assembled():
-    """Mass, damping and stiffness of block and rotors, in plain NumPy; rows fan, pump, block."""
-    Mg = np.diag(
-        [40.0] * 3 + [0.5, 0.5, 0.9] + [25.0] * 3 + [0.3, 0.3, 0.4] + [400.0] * 3 + [0.0] * 3
-    )
-    Mg[15:, 15:] = TENSOR
-    Kg, Cg = np.zeros((18, 18)), np.zeros((18, 18))
-    for i, r in enumerate(ARMS):
-        B = np.zeros((6, 18))
-        B[:, 6 * i : 6 * i + 6], B[:, 12:] = np.eye(6), -arm(r)
-        Kg += B.T @ np.diag(MOUNT[i]) @ B
-        Cg += B.T @ np.diag(MOUNT_C[i]) @ B
-    for r in FEET:
-        Kg[12:, 12:] += arm(r).T @ np.diag(FOOT) @ arm(r)
-        Cg[12:, 12:] += arm(r).T @ np.diag(FOOT_C) @ arm(r)
-    return Mg, Cg, Kg
-
-
-def by_size(values):
-    values = np.asarray(values)
-    return values[np.lexsort((values.imag, np.round(np.abs(values), 6)))]
 
 
 def test_two_machines_on_a_block_and_on_its_modes():
@@ -387,123 +350,3 @@ def test_a_record_that_cannot_be_read(tmp_path, text, words):
     file.write_text(text)
     with pytest.raises(jr.InputError, match=words):
         jr.interop.read_accelerations(file)
-
-
-# Foundations by their frequency response
-
-
-POLES = np.array([-1 + 10j, -1 - 10j, -3 + 47j, -3 - 47j, -0.5 + 100j, -0.5 - 100j])
-
-
-def rational():
-    """Known residues that sum to zero, of no symmetry."""
-    r = RNG.normal(size=(3, 3, 3)) + 1j * RNG.normal(size=(3, 3, 3))
-    r[..., 2] -= np.sum(r, axis=-1).real
-    residues = np.stack([r, r.conj()], axis=-1).reshape(3, 3, 6)
-    return residues, lambda s: np.moveaxis(residues @ (1 / (s - POLES[:, None])), -1, 0)
-
-
-@pytest.mark.parametrize("relative", [False, True])
-def test_a_known_rational_function_is_found(relative):
-    residues, response = rational()
-    f = np.linspace(0.2, 25.0, 150)
-    found = jr.interop.fit_receptance(f, response(2j * np.pi * f), 6, relative=relative)
-    np.testing.assert_allclose(found.poles, POLES, rtol=1e-10)
-    np.testing.assert_allclose(found.residues, residues, rtol=1e-9, atol=1e-9)
-    assert found.error < 1e-11
-    between = np.linspace(0.3, 24.0, 7)
-    np.testing.assert_allclose(found.at(between), response(2j * np.pi * between), rtol=1e-9)
-    A, B, Cm = found.matrices()
-    for s in 2j * np.pi * between:
-        np.testing.assert_allclose(
-            Cm @ np.linalg.solve(s * np.eye(len(A)) - A, B), response(np.array([s]))[0], rtol=1e-8
-        )
-
-
-def block_receptance(f):
-    """Of both points of the block in all six coordinates, without its machines, m/N and alike."""
-    Mb, (Kg, Cg) = np.asarray(block().mass_matrix()), map(np.asarray, block().ground_matrices())
-    T = np.concatenate([arm(r) for r in ARMS])
-    s = 2j * np.pi * f[:, None, None]
-    return T @ np.linalg.solve(s**2 * Mb + s * Cg + Kg, np.broadcast_to(T.T, (len(f), 6, 12)))
-
-
-def test_a_block_by_its_measured_receptance():
-    f = np.linspace(1.0, 60.0, 400)
-    found = jr.interop.fit_receptance(f, block_receptance(f), 12, axes=6)
-    assert found.error < 1e-9
-    foundation = found.foundation(MOUNT, MOUNT_C)
-    assert foundation.A.shape == (12, 12)  # a mode is of rank one
-    mine = by_size(np.linalg.eigvals(np.asarray(jr.linearize(on(foundation)).A)))
-    Mg, Cg, Kg = assembled()
-    A = np.block(
-        [[np.zeros((18, 18)), np.eye(18)], [-np.linalg.solve(Mg, Kg), -np.linalg.solve(Mg, Cg)]]
-    )
-    np.testing.assert_allclose(mine, by_size(np.linalg.eigvals(A)), rtol=1e-6)
-    # it answers to forces, and passes energy, as the block does
-    motions = tuple((jnp.asarray(q), jnp.asarray(v)) for q, v in RNG.normal(size=(2, 2, 6)) * 1e-3)
-    none, t = (jnp.zeros(6),) * 2, jnp.zeros(())
-    for name in ("forces", "energy", "power_lost"):
-        values = [getattr(e, name)(t, motions, jnp.zeros(12)) for e in (foundation, block())]
-        np.testing.assert_allclose(*map(np.asarray, values), rtol=1e-12)
-    state = jnp.asarray(RNG.normal(size=12))
-    rates = foundation.rates(t, motions, none, state)
-    pull = -np.stack(foundation.forces(t, motions, state))
-    speeds = np.asarray(foundation.C @ rates)
-    work = -np.sum(pull.ravel() * speeds)
-    np.testing.assert_allclose(foundation.power_in(t, motions, state), work, rtol=1e-6)
-
-
-def test_noise_leaves_a_fit_stable():
-    f = np.linspace(1.0, 40.0, 300)
-    clean = block_receptance(f)[:, :6, :6]
-    noise = RNG.normal(size=clean.shape) + 1j * RNG.normal(size=clean.shape)
-    noisy = clean + 1e-3 * np.abs(clean).max() * noise
-    found = jr.interop.fit_receptance(f, noisy, 16, axes=6)
-    assert np.all(found.poles.real < 0)
-
-
-def test_derivatives_of_a_measured_foundation():
-    residues, response = rational()
-    f = np.linspace(0.2, 25.0, 150)
-    A, B, Cm = jr.interop.fit_receptance(f, response(2j * np.pi * f), 6).matrices()
-    state = jnp.asarray(RNG.normal(size=len(A)))
-    motions = ((jnp.asarray(RNG.normal(size=6)), jnp.asarray(RNG.normal(size=6))),)
-
-    def push(x):
-        e = el.MeasuredFoundation(A * x[0], B * x[1], Cm * x[2], MOUNT[0] * x[3], MOUNT_C[0] * x[4])
-        t = jnp.zeros(())
-        rates = e.rates(t, motions, (jnp.zeros(6),), state)
-        return jnp.concatenate([e.forces(t, motions, state)[0], rates])
-
-    assert_derivatives_agree(push, [1.1, 0.9, 1.2, 0.8, 1.3])
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (dict(receptance=np.ones((5, 3, 2))), "must have the shape"),
-        (dict(receptance=np.full((5, 3, 3), np.nan)), "must be finite"),
-        (dict(axes=4), "axes must be 2, 3 or 6"),
-        (dict(order=9), "9 poles need 9 frequencies"),
-        (dict(receptance=np.zeros((5, 3, 3))), "is zero throughout"),
-    ],
-)
-def test_what_no_fit_takes(change, words):
-    given = dict(frequencies=np.arange(1.0, 6.0), receptance=np.ones((5, 3, 3)), order=4) | change
-    with pytest.raises(jr.InputError, match=words):
-        jr.interop.fit_receptance(**given)
-
-
-def test_measured_foundations_that_are_refused():
-    A = np.array([[0.0, 1.0], [-4.0, -0.1]])
-    B, Cm = np.array([[0.0, 0.0], [1.0, 0.5]]), np.array([[1.0, 0.0], [0.5, 0.0]])
-    fan = {"fan": ROTORS["fan"]}
-    for words, e in {
-        "A must be stable": el.MeasuredFoundation(-A, B, Cm, MOUNT[0], axes=2),
-        "C B must be zero": el.MeasuredFoundation(A, B, Cm[:, ::-1], MOUNT[0], axes=2),
-        "axes must be 2": el.MeasuredFoundation(A, B, Cm, MOUNT[0], axes=3),
-        "must belong together": el.MeasuredFoundation(A, B[:1], Cm, MOUNT[0], axes=2),
-    }.items():
-        with pytest.raises(jr.InputError, match=words):
-            jr.Machine({**fan, "base": e}, {"base": "fan"})
