@@ -1,5 +1,5 @@
-"""Foundations by their measured receptance. Oracles: known rational functions, a block's matrices, the bound that
-least squares set on what can be known (Cramer and Rao)."""
+"""Foundations by their measured receptance. Oracles: known rational functions, a block's matrices, the bound
+that noise sets on what can be known (Cramer and Rao)."""
 
 import jax.numpy as jnp
 import numpy as np

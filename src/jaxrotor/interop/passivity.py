@@ -9,8 +9,8 @@ _ABOUT, _OVER = np.array([-5.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 5.0]), 400
 
 
 def least_power(found: Rational) -> tuple[float, float]:
-    """Of a receptance (k, k, m): the frequency (rad/s) at which it takes least, and how much, as part of what it
-    yields there (largest singular value); negative where forces in some pattern are fed.
+    """Of a receptance (k, k, m): the frequency (rad/s) at which it takes least, and how much, as part of what
+    it yields there (largest singular value); negative where forces in some pattern are fed.
 
     A force `f exp(j w t)` brings in `w/2 f* P f`, P = j (H - H*)/2 (star: transposed and conjugate). It is
     looked for at some hundred frequencies, near all resonances among them: a narrow place may be missed."""

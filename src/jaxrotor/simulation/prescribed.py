@@ -22,8 +22,8 @@ _LOOKS = 512
 
 class Prescribed(NamedTuple):
     """`speeds`: of the drive at the times asked for, rad/s. `frequency`: the highest of all that is given in
-    time, rad/s. `jumps`: instants at which some force jumps, s. `shaking`: how strongly the ground accelerates
-    at the times asked for."""
+    time, rad/s. `jumps`: instants at which some force jumps, s. `shaking`: how strongly the ground
+    accelerates at the times asked for."""
 
     speeds: Float[Array, " nt"]
     frequency: Float[Array, ""]

@@ -1,8 +1,8 @@
 """Machines on a ground that moves: when it shakes most, and how far it carries them.
 
-Stations are told in space that stands still, where a record of the ground goes far and what bends a shaft is a
-small difference. So pilots set out from a ground that has just begun to move, and errors count as part of the
-motion against it.
+Stations are told in space that stands still, where a record of the ground goes far and what bends a shaft is
+a small difference. So pilots set out from a ground that has just begun to move, and errors count as part of
+the motion against it.
 """
 
 import dataclasses

@@ -18,9 +18,10 @@ class BaseMotion(AbstractBase):
     `AccelerationRecord`; what is left out stays zero.
 
     Coordinates are those of space that stands still, so that what a turning ground does to a spinning rotor
-    (gyroscopic moments, centrifugal and Coriolis forces) needs no terms of its own. Turns are of first order and
-    may come to 0.02 rad: beyond that they are refused, or, of a motion that does not know its `reach`, told
-    after a run. What is left out is the weight's part along a floor that leans, and forces that lean with it.
+    (gyroscopic moments, centrifugal and Coriolis forces) needs no terms of its own. Turns are of first order
+    and may come to 0.02 rad: beyond that they are refused, or, of a motion that does not know its `reach`,
+    told after a run. What is left out is the weight's part along a floor that leans, and forces that lean
+    with it.
     """
 
     x: AbstractMotion | None = eqx.field(default=None, metadata={"straight": True})

@@ -17,7 +17,7 @@ from .mounts import mount_faults
 
 class MeasuredFoundation(AbstractAttachment, Settling, Energetic, Powered):
     """A foundation that yields to forces as a state space does that was fitted to its measured receptance:
-    `x' = A x + B f`, `u = C x`. `jr.interop.fit_receptance` makes one.
+    `x' = A x + B f`, `u = C x`. `jr.interop.fit_receptance` makes one, and warns of one that is not passive.
 
     Attached to n stations. f are the forces of the mounts on the points under them and u the points'
     displacements (N and m; N·m and rad): the first `axes` coordinates of the first point, then of the next:
@@ -26,7 +26,7 @@ class MeasuredFoundation(AbstractAttachment, Settling, Energetic, Powered):
     six numbers (x, y, z, psi, theta, phi), the same for all, or (n, 6), SI.
 
     A fit has no one energy: of the foundation the audit counts the work that passes its points, as drawn from
-    outside; `energy` is the mounts'. A fit may feed energy where it was not measured: a run that grows tells.
+    outside; `energy` is the mounts'. One that is not passive may feed a machine until it grows without bound.
     """
 
     A: Float[Array, "m m"] = parameter(shapes=((None, None),))
