@@ -65,7 +65,7 @@ def _peer(file: Path, unit: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _table(file: Path, column: str | None, unit: str | None) -> tuple[np.ndarray, np.ndarray]:
-    wanted = frozenset(("time", *([column] if column else [])))
+    wanted: frozenset[str] = frozenset({"time", *([column] if column else [])})
     table = read_text_table(file, HowWritten(), wanted, recorded=False)
     found = {_name(title): (title, each) for title, each in table.columns.items()}
     time = next((name for name in found if name.lower() in ("time", "t")), None)

@@ -82,9 +82,9 @@ def fit_modes(
     place = "fit_modes"
     given = measured(place, frequencies, receptance, order, axes, relative, together=True)
     poles = given.poles(order, beyond)
-    upper = poles[poles.imag > 0]
+    upper = poles[np.imag(poles) > 0]
     matrices, noise = _matrices(given, upper)
-    w, zeta = np.abs(upper), -upper.real / np.abs(upper)
+    w, zeta = np.abs(upper), -np.real(upper) / np.abs(upper)
     modes = []
     for at, ratio, matrix, spread in zip(w, zeta, matrices, noise):
         sizes, shapes = np.linalg.eigh(matrix)

@@ -66,7 +66,7 @@ def residues_of(poles: np.ndarray, factors: np.ndarray) -> np.ndarray:
 
 def stacked(x: np.ndarray, axis: int = 0) -> np.ndarray:
     """Real parts, then imaginary ones, along an axis."""
-    return np.concatenate([x.real, x.imag], axis=axis)
+    return np.concatenate([np.real(x), np.imag(x)], axis=axis)
 
 
 def distinct(weights: np.ndarray) -> np.ndarray:

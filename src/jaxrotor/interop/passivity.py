@@ -15,9 +15,9 @@ def least_power(found: Rational) -> tuple[float, float]:
     A force `f exp(j w t)` brings in `w/2 f* P f`, P = j (H - H*)/2 (star: transposed and conjugate). It is
     looked for at some hundred frequencies, near all resonances among them: a narrow place may be missed."""
     sizes = np.abs(found.poles)
-    about = found.poles.imag[:, None] - found.poles.real[:, None] * _ABOUT
+    about = np.imag(found.poles)[:, None] - np.real(found.poles)[:, None] * _ABOUT
     over = np.geomspace(1e-2 * sizes.min(), 10.0 * sizes.max(), _OVER)
-    w = np.concatenate([over, about[found.poles.imag > 0].ravel()])
+    w = np.concatenate([over, about[np.imag(found.poles) > 0].ravel()])
     w = w[w > 0]
     H = np.moveaxis(found.at(1j * w), -1, 0)
     power = 0.5j * (H - np.conj(np.swapaxes(H, 1, 2)))

@@ -25,7 +25,7 @@ class PoleSearch:
     def __init__(self, s: np.ndarray, responses: np.ndarray, weights: np.ndarray):
         self.given = s, responses, weights
         self.few = s, *_strongest(responses, weights)
-        at = _BEYOND * s.imag.max()
+        at = _BEYOND * np.imag(s).max()
         upper = at * (-_RATIO + 1j * np.sqrt(1 - _RATIO**2))
         self.far = np.stack([upper, upper.conj()], axis=1).ravel()
         self.size = float(np.sum(np.abs(weights * responses) ** 2))
@@ -33,13 +33,13 @@ class PoleSearch:
     def of(self, count: int, beyond: bool) -> np.ndarray:
         """So many, and those beyond the range."""
         far = self.far if beyond else self.far[:0]
-        start = starting_poles(self.given[0].imag, count)
+        start = starting_poles(np.imag(self.given[0]), count)
         return self._last(vector_fit(*self.given, start, far), far)
 
     def chosen(self) -> np.ndarray:
         """As many as lower Schwarz's criterion (Ann. Statist. 6 (1978) 461), `N ln(sum of squares) +
         k ln N` of N numbers and k unknowns, with poles beyond the range or without."""
-        s, found, idle = self.given[0].imag, np.zeros(0, complex), 0
+        s, found, idle = np.imag(self.given[0]), np.zeros(0, complex), 0
         best, least = found, np.inf
         for pairs in range(1, min(_MOST, (len(s) - len(self.far)) // 2) + 1):
             peak = s[np.argmax(self._left(np.concatenate([found, self.far])))]

@@ -73,7 +73,7 @@ def _poles(at: np.ndarray, like: np.ndarray) -> np.ndarray | None:
                 return None
         else:
             out[k] = at[k]
-    return out if np.all(out.real < 0) else None
+    return out if np.all(np.real(out) < 0) else None
 
 
 def _slopes(s: np.ndarray, poles: np.ndarray) -> list[list[tuple[int, np.ndarray]]]:

@@ -34,13 +34,13 @@ class FittedReceptance(eqx.Module):
     @property
     def frequencies(self) -> np.ndarray:
         """Undamped natural frequencies of the pairs, Hz."""
-        return np.abs(self.poles[self.poles.imag > 0]) / (2 * np.pi)
+        return np.abs(self.poles[np.imag(self.poles) > 0]) / (2 * np.pi)
 
     @property
     def damping_ratios(self) -> np.ndarray:
         """Of the pairs."""
-        upper = self.poles[self.poles.imag > 0]
-        return -upper.real / np.abs(upper)
+        upper = self.poles[np.imag(self.poles) > 0]
+        return -np.real(upper) / np.abs(upper)
 
     @property
     def passive(self) -> bool:

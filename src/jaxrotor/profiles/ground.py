@@ -50,7 +50,8 @@ class AccelerationRecord(AbstractMotion):
     def at_rest(self, displacement: float = 0.0) -> "AccelerationRecord":
         """The record less the straight line by which it ends at rest, `displacement` (m or rad) from where it
         began: a permanent one is a fault's slip. Differentiable. The line is of the least order that can meet
-        both; what it changes is an offset and a drift of the instrument."""
+        both; what it changes is an offset and a drift of the instrument. Raises `InputError` for what is no
+        number."""
         span = self.times[-1] - self.times[0]
         s = (self.times - self.times[0]) / span
         # of 1 and s the speeds and displacements at the end, exactly, as the record is straight too

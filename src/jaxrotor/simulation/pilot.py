@@ -276,14 +276,14 @@ def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) ->
     """Of the pilots: behind some of the jumps, where the ground shakes most, and `when`. (Two drives stand
     apart by what one has run ahead of the other: a pilot, which begins undeformed, has no sense there.)"""
     shaking = np.asarray(given.shaking)
-    when = np.array([*([looks(t_end)[np.argmax(shaking)]] if shaking.any() else []), when])
+    chosen = np.array([*([looks(t_end)[np.argmax(shaking)]] if shaking.any() else []), when])
     drives = sum(isinstance(station, AbstractPrescribed) for station in machine.stations)
     if drives + len(machine.motions) > 1:
-        return when
+        return chosen
     jumps = np.unique(np.asarray(given.jumps))
     jumps = jumps[(jumps > 0) & (jumps < t_end)]
     some = np.unique(np.linspace(0, jumps.size - 1, _PILOTS - 1).astype(int)) if jumps.size else []
-    return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], when)
+    return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], chosen)
 
 
 def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float]:

@@ -100,7 +100,8 @@ class ReadyFoundation(AbstractAttachment, Settling, Energetic, Powered, Timed):
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Array, Array, tuple[Vec6, Vec6, Vec6]]:
         """d and d' of the mounts, (n, 6), and the ground's motion."""
-        ground = (jnp.zeros(6),) * 3 if self.base is None else self.base.at(t)
+        still = jnp.zeros(6)
+        ground = (still, still, still) if self.base is None else self.base.at(t)
         parts = []
         for i, amplitude in enumerate(self._amplitudes(state)):
             points = self.shapes @ amplitude + self.carried @ ground[i]
