@@ -33,7 +33,7 @@ class Measured(NamedTuple):
         if error > _POOR:
             warnings.warn(
                 f"{place}: {100 * error:.0f} % of the response are left: noise, or too few poles",
-                stacklevel=4,
+                stacklevel=5,
             )
         return error
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.arguments import flag, numbers, whole
 from ..core.gate import takes
+from ..core.threads import one_thread
 from ..elements.bearings.modal_foundation import ModalFoundation
 from .measured_response import Measured, measured
 from .partial_fractions import Rational
@@ -60,6 +61,7 @@ class FittedModes(eqx.Module):
     beyond=flag,
     receptance=None,
 )
+@one_thread
 def fit_modes(
     frequencies: Any,
     receptance: Any,

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.arguments import flag, numbers, whole
 from ..core.gate import takes
+from ..core.threads import one_thread
 from ..elements.bearings.measured_foundation import MeasuredFoundation
 from .measured_response import measured
 from .partial_fractions import Rational, fitted, heads
@@ -102,6 +103,7 @@ class FittedReceptance(eqx.Module):
     beyond=flag,
     receptance=None,
 )
+@one_thread
 def fit_receptance(
     frequencies: Any,
     receptance: Any,
