@@ -86,6 +86,7 @@ from .drives.load import (
 from .drives.motor import DCMotor as DCMotor, KlossMotor as KlossMotor
 from .drives.prescribed import PrescribedSpin as PrescribedSpin
 from .drives.synchronous import SynchronousStart as SynchronousStart
+from .drives.synchronous_machine import SynchronousMachine as SynchronousMachine
 from .laws.bilinear import Bilinear as Bilinear
 from .laws.hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
 from .laws.law import (
