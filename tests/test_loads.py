@@ -304,6 +304,17 @@ OTHERS = {
     )
     for name, closed, joined in (("synchronous", 1, 0), ("cut off", 0, 0), ("two lines", 0, 1))
 }
+RIPPLE = (6.0, 12.0), (0.04, 0.01)
+OTHERS["ripple"] = jr.elements.TorqueRipple(
+    RIPPLE[0], [10.0, 60.0], [[3.0, 2.0], [5.0, 1.0]], (0.1, 0.4), 0.9, pole_pairs=2
+)
+OTHERS["inverter"] = jr.elements.InverterDrive(
+    jr.elements.PI(2.0, 5.0),
+    jr.elements.SpeedError(30.0),
+    *RIPPLE,
+    jr.elements.Actuator(limit=8.0, bandwidth=200.0, delay=1e-3),
+    (0.1, 0.4),
+)
 ELEMENTS = {name: e[0] if isinstance(e, tuple) else e for name, e in LINE.items()} | OTHERS
 
 

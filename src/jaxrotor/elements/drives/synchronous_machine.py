@@ -109,6 +109,11 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
                 f"start must have {5 + other} entries, but has {self.start.size}: take what `running` gives"
             )
 
+    @property
+    def synchronous_speed(self) -> Scalar:
+        """rad/s of the shaft, with the grid's frequency at t = 0."""
+        return 2 * jnp.pi * self.frequency.value(jnp.zeros(())) / self.pole_pairs
+
     def initial(self) -> Float[Array, " k"]:
         if self.start is not None:
             return self.start
