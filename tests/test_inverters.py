@@ -30,7 +30,10 @@ def coupling():
 def test_ripple_by_angle_and_speed():
     """Six and twelve periods in one of the electrical angle, straight between two rows of the table."""
     one = TorqueRipple(ORDERS, SPEEDS, TABLE, (0.3, -0.8), jr.Step(1.0, 1.0), PAIRS)
-    angles, cases = 2 * np.pi * np.arange(64) / 64, {100.0: (25.0, 9.0), 20.0: TABLE[0], 900.0: TABLE[1]}
+    angles, cases = (
+        2 * np.pi * np.arange(64) / 64,
+        {100.0: (25.0, 9.0), 20.0: TABLE[0], 900.0: TABLE[1]},
+    )
     unit = jnp.eye(6)[5]
 
     @jax.jit
@@ -173,8 +176,14 @@ def test_what_reaches_the_shaft(limit):
 @pytest.mark.parametrize(
     "one, words",
     [
-        (TorqueRipple(ORDERS, SPEEDS, [[1.0], [2.0]]), "orders and amplitudes must be equally long"),
-        (TorqueRipple(ORDERS, SPEEDS, TABLE, (0.1,)), "orders and phases must be equally long, but"),
+        (
+            TorqueRipple(ORDERS, SPEEDS, [[1.0], [2.0]]),
+            "orders and amplitudes must be equally long",
+        ),
+        (
+            TorqueRipple(ORDERS, SPEEDS, TABLE, (0.1,)),
+            "orders and phases must be equally long, but",
+        ),
         (TorqueRipple(ORDERS, [2.0, 1.0], TABLE), "speeds must increase"),
         (drive(shares=(0.1,)), "orders and shares must be equally long, but have 2 and 1 entries"),
     ],

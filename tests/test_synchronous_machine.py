@@ -217,6 +217,8 @@ def test_rates_torque_and_energy_in_phase_coordinates(closed, joined):
     assert stored == pytest.approx(drawn - ohms @ current**2 - torque * speed, rel=1e-9)
     amps = rotation[0] @ current[:3]
     assert float(machine.current(*now)) == pytest.approx(np.hypot(*amps), rel=1e-12)
+    ends = np.hypot(*(rotation[0] @ solved[6:]))
+    assert float(machine.terminal_voltage(*now)) == pytest.approx(ends, rel=1e-9)
 
 
 def test_a_start_pulsates_twice_per_slip():
@@ -242,6 +244,7 @@ def test_a_start_pulsates_twice_per_slip():
     half = 0.75 * machine.pole_pairs
     mean = half * np.real(psi[0] * np.conj(i[1]) - psi[1] * np.conj(i[0]))
     swing = half * (psi[0] * i[1] - psi[1] * i[0])
+
     # ours: linear in the flux linkages, under a voltage that turns with the slip
     def at_angle(z, angle):
         return machine.rates(0.0, motion, (), jnp.concatenate([angle[None], z]))[1:]
@@ -328,8 +331,7 @@ def test_how_long_a_short_circuit_may_last(run, name):
     """The critical clearing time (Krause, ch. 5: 0.466 s and 0.362 s): shorter, the rotor swings back; longer,
     it slips a pole."""
     early, late = (
-        np.degrees(np.asarray(run[f"{name} {k}: SynchronousMachine"].load_angle))
-        for k in SHARES
+        np.degrees(np.asarray(run[f"{name} {k}: SynchronousMachine"].load_angle)) for k in SHARES
     )
     assert 140 < early.max() < 180 and early[-1] < 90
     assert late.max() > 360
@@ -359,7 +361,9 @@ def phases_run(machine, times):
     def ohms(t):
         field = float(machine.field_resistance + machine.discharge_resistance.value(t))
         rest = [machine.d_damper_resistance, *machine.q_damper_resistances]
-        return np.array([*[float(machine.stator_resistance)] * n, *(1.5 * np.array([field, *rest]))])
+        return np.array(
+            [*[float(machine.stator_resistance)] * n, *(1.5 * np.array([field, *rest]))]
+        )
 
     def seen(y, open_):
         matrix, slope = inductances(machine, y[-2] * p)
@@ -444,9 +448,7 @@ def test_a_motor_that_turns_backward_mirrors():
     assert torques[0] == pytest.approx(-torques[1], rel=1e-12)
     assert torques[0] == pytest.approx(1e8 / (W / 32), rel=1e-2)
     scale = W * np.abs(np.asarray(astern.start)).max()
-    np.testing.assert_allclose(
-        astern.rates(0.0, other, (), astern.start), 0.0, atol=1e-12 * scale
-    )
+    np.testing.assert_allclose(astern.rates(0.0, other, (), astern.start), 0.0, atol=1e-12 * scale)
 
 
 def test_wrong_machines_are_refused():

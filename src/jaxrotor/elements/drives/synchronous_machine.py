@@ -33,6 +33,13 @@ def _schedule(unit: str, **kwargs: Any) -> Any:
     return eqx.field(converter=as_schedule, metadata={"drives": unit}, **kwargs)
 
 
+def _length(pair: Float[Array, "2"]) -> Scalar:
+    """Its root has no derivative at zero: there it is none."""
+    square = pair @ pair
+    some = square > 0
+    return jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0)
+
+
 class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed, Signalling):
     """A synchronous motor or generator with its field winding and damper cage, flux linkages as states.
 
@@ -60,8 +67,9 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
     - `start`: the states at t = 0 (of `running`); left out, the machine is without flux.
 
     States: the grid's angle ahead of d (rad), psi_d, psi_q, psi_f, psi_kd, psi_kq... (V·s). No saturation or
-    iron loss. Signals: `current` (A, peak of the stator's), `field_current` (A, referred), `torque`,
-    `load_angle` (rad, by which the field's voltage leads the grid's: positive of a generator).
+    iron loss. Signals: `current` and `terminal_voltage` (A, V, peak of the stator's phases),
+    `field_current` (A, referred), `torque`, `load_angle` (rad, by which the field's voltage leads the
+    grid's: positive of a generator).
 
     Sources: Park, Trans. AIEE 48 (1929) 716; Krause, Wasynczuk & Sudhoff, Analysis of Electric Machinery and
     Drive Systems, ch. 5. An opened phase: derived.
@@ -92,6 +100,7 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
 
     signals: ClassVar[dict[str, str]] = {
         "current": "A",
+        "terminal_voltage": "V",
         "field_current": "A",
         "torque": "N*m",
         "load_angle": "rad",
@@ -131,9 +140,7 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
         angle = 2 * jnp.pi * self.frequency.value(t) - speed
         return jnp.concatenate([angle[None], stator, rotor])
 
-    def forces(
-        self, t: Scalar, motions: tuple[Motion, ...], state: Any
-    ) -> tuple[Vec6, ...]:
+    def forces(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> tuple[Vec6, ...]:
         return about_axis(self.torque(t, motions, state))
 
     def times(self) -> Float[Array, " n"]:
@@ -155,10 +162,11 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
 
     def current(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Array:
         """Peak of the stator's phase current, A."""
-        stator, _ = self._currents(state)
-        square = stator @ stator
-        some = square > 0  # at the start the root has no derivative
-        return jnp.where(some, jnp.sqrt(jnp.where(some, square, 1.0)), 0.0)
+        return _length(self._currents(state)[0])
+
+    def terminal_voltage(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Array:
+        """Peak of the phase voltage at the stator's terminals, V: with an open breaker the residual one."""
+        return _length(self._terminals(t, motions, state))
 
     def field_current(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Array:
         """A, referred to the stator."""
@@ -174,17 +182,19 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
 
     def power_lost(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Array:
         stator, rotor = self._currents(state)
-        return 1.5 * (
-            self.stator_resistance * (stator @ stator) + self._resistances(t) @ rotor**2
-        )
+        return 1.5 * (self.stator_resistance * (stator @ stator) + self._resistances(t) @ rotor**2)
 
     def power_in(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Array:
         stator, rotor = self._currents(state)
+        exciter = self.field_resistance * self.excitation.value(t)
+        return 1.5 * (self._terminals(t, motions, state) @ stator + exciter * rotor[0])
+
+    def _terminals(self, t: Scalar, motions: tuple[Motion, ...], state: Any) -> Float[Array, "2"]:
+        """V, across the stator's windings in d and q."""
         speed = self.pole_pairs * motions[0][1][5]
         change, _ = self._flux_rates(t, motions, state)
-        terminals = self.stator_resistance * stator + change + speed * turned(state[1:3])
-        exciter = self.field_resistance * self.excitation.value(t)
-        return 1.5 * (terminals @ stator + exciter * rotor[0])
+        stator, _ = self._currents(state)
+        return self.stator_resistance * stator + change + speed * turned(state[1:3])
 
     def _axes(self) -> tuple[Axis, Axis]:
         d = jnp.stack([self.field_leakage, self.d_damper_leakage])
@@ -211,8 +221,10 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
         ((turn, v),) = motions
         d, q = self._axes()
         stator, currents = self._currents(state)
-        rotor = (-self._resistances(t) * currents).at[0].add(
-            self.field_resistance * self.excitation.value(t)
+        rotor = (
+            (-self._resistances(t) * currents)
+            .at[0]
+            .add(self.field_resistance * self.excitation.value(t))
         )
         ahead = state[0] + self.phase.value(t)
         terminals = Terminals(
@@ -380,15 +392,19 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
         `InputError` for reactances that do not fall from the synchronous one to the leakage.
         """
         d, rd = two_windings(
-            "xd", xd, leakage, xd_transient, xd_subtransient, (td0_transient, td0_subtransient), frequency
+            "xd",
+            xd,
+            leakage,
+            xd_transient,
+            xd_subtransient,
+            (td0_transient, td0_subtransient),
+            frequency,
         )
         if xq_transient is None or tq0_transient is None:
             q, rq = one_winding("xq", xq, leakage, xq_subtransient, tq0_subtransient, frequency)
         else:
             times = tq0_transient, tq0_subtransient
-            q, rq = two_windings(
-                "xq", xq, leakage, xq_transient, xq_subtransient, times, frequency
-            )
+            q, rq = two_windings("xq", xq, leakage, xq_transient, xq_subtransient, times, frequency)
         return cls.from_per_unit(
             power,
             line_voltage,
