@@ -1,7 +1,7 @@
 """What its supply does to the coupling of a synchronous motor: start, short circuits, reclosing, an inverter.
 
-A motor of 1.5 MW with a damper cage drives a compressor through a coupling; torsion alone. Above: its start as an
-induction motor, the field on its discharge resistor and then excited, over the speed (twice the slip's
+A motor of 1.5 MW with a damper cage drives a compressor through a coupling; torsion alone. Above: its start
+as an induction motor, the field on its discharge resistor and then excited, over the speed (twice the slip's
 frequency meets the torsional mode on the way); and the air-gap torque of short circuits at its terminals.
 Below: its supply is cut off for a while and returns, by then out of phase: the peaks of torque over the dead
 time; and the same train on an inverter, with a load whose torque is the same at all speeds: the torque in
@@ -132,8 +132,8 @@ def shorted():
 
 
 def reclosed(dead: np.ndarray):
-    """Of each dead time (s): peaks of the air-gap torque and of the coupling's (N·m), and what the line meets:
-    how far the field's voltage is behind it (rad), and the residual voltage (V, peak)."""
+    """Of each dead time (s): peaks of the air-gap torque and of the coupling's (N·m), and what the line
+    meets: how far the field's voltage is behind it (rad), and the residual voltage (V, peak)."""
     torque, machine = steady_torque(), loaded()
 
     def one(off):
@@ -153,8 +153,8 @@ def reclosed(dead: np.ndarray):
 
 
 def on_inverter(speeds: np.ndarray) -> np.ndarray:
-    """Torque in the coupling at the speeds (rad/s), N·m, (speed, order): the speed of the motor is controlled,
-    3 % and 1 % of the torque ripple."""
+    """Torque in the coupling at the speeds (rad/s), N·m, (speed, order): the speed of the motor is
+    controlled, 3 % and 1 % of the torque ripple."""
     plain = train(jr.Torque(0.0), 0.0).elements()
     found = []
     for speed in speeds:
@@ -252,8 +252,9 @@ def main() -> None:
     torque = np.asarray(start["coupling"].torque)
     at = np.argmax(np.abs(torque) * (np.asarray(start.t) > 0.5))
     met = float(start_resonance(natural, SYNCHRONOUS, LINE))
+    rpm = float(start["motor"].speed[at]) / RPM
     print(f"start: field on at {on:.2f} s; once the switching has died away the coupling carries at most "
-          f"{abs(torque[at]) / NOMINAL:.1f} of the rated torque, at {float(start['motor'].speed[at]) / RPM:.0f} rpm "
+          f"{abs(torque[at]) / NOMINAL:.1f} of the rated torque, at {rpm:.0f} rpm "
           f"(twice the slip is the mode's at {met / RPM:.0f} rpm)")  # fmt: skip
     faults = shorted()
     for name, (_, torque) in faults.items():
@@ -263,7 +264,8 @@ def main() -> None:
     dead = np.linspace(0.01, 0.4, 14 if given.quick else 53)
     peaks = reclosed(dead)
     worst = int(np.argmax(peaks[0]))
-    print(f"reclosing: at worst after {dead[worst] * 1e3:.0f} ms, {np.degrees(peaks[2][worst]):.0f} deg behind with "
+    print(f"reclosing: at worst after {dead[worst] * 1e3:.0f} ms, "
+          f"{np.degrees(peaks[2][worst]):.0f} deg behind with "
           f"{peaks[3][worst] / float(motor().voltage.level):.2f} of the voltage: "
           f"{peaks[0][worst] / NOMINAL:.1f} of the rated torque in the air gap, "
           f"{peaks[1].max() / NOMINAL:.1f} in the coupling")  # fmt: skip

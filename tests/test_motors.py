@@ -469,6 +469,43 @@ frequency = "60 Hz"
 pole_pairs = 2
 
 [[machine.attachments]]
+name = "synchronous"
+kind = "SynchronousMachine"
+at = "r"
+stator_resistance = "10 mohm"
+stator_leakage = "0.3 mH"
+d_magnetizing = "3 mH"
+q_magnetizing = "2 mH"
+field_resistance = "2 mohm"
+field_leakage = "0.5 mH"
+d_damper_resistance = "30 mohm"
+d_damper_leakage = "0.4 mH"
+q_damper_resistances = ["30 mohm"]
+q_damper_leakages = ["0.4 mH"]
+excitation = { kind = "Step", time = "1 s", after = "0.1 kA" }
+voltage = "325 V"
+frequency = "50 Hz"
+connected = { kind = "PulseTrain", period = "2 s", width = "80 ms", level = 0.0, base = 1.0 }
+
+[[machine.attachments]]
+name = "inverter"
+kind = "InverterDrive"
+at = "r"
+controller = { kind = "PI", proportional = "2 N*m*s/rad", integral = "5 N*m/rad" }
+measured = { kind = "SpeedError", setpoint = "1500 rpm" }
+actuator = { kind = "Actuator", bandwidth = "400 1/s" }
+orders = [6, 12]
+shares = [0.03, 0.01]
+
+[[machine.attachments]]
+name = "ripple"
+kind = "TorqueRipple"
+at = "r"
+orders = [6]
+speeds = { unit = "rpm", values = [0, 1500] }
+amplitudes = { unit = "kN*m", values = [[0.2], [0.1]] }
+
+[[machine.attachments]]
 name = "dc"
 kind = "DCMotor"
 at = "r"
@@ -519,3 +556,9 @@ def test_study_files_know_them(tmp_path):
     np.testing.assert_allclose(machine["kloss"].times(), [0, 2, 4, 1, 3, 5])
     np.testing.assert_allclose(machine["table"].speeds, np.array([0, 20, 40]) * np.pi, rtol=1e-14)
     np.testing.assert_allclose(machine["support"].offset, [1e-3, 0, 0, 0, 0, 0])
+    synchronous = machine["synchronous"]
+    np.testing.assert_allclose(synchronous.q_damper_resistances, [0.03], rtol=1e-14)
+    assert float(synchronous.excitation.after) == 100.0
+    np.testing.assert_allclose(synchronous.times(), [1.0, 0.0, 0.08])
+    np.testing.assert_allclose(machine["ripple"].amplitudes, [[200.0], [100.0]], rtol=1e-14)
+    assert float(machine["inverter"].measured.setpoint.level) == pytest.approx(50 * np.pi)

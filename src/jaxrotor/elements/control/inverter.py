@@ -31,9 +31,9 @@ class InverterDrive(AbstractAttachment, Stateful, Timed, Signalling, Nominal):
 
         T = T_given (1 + sum share cos(order p phi + phase)),   p = `pole_pairs`, phi of its first station.
 
-    T_given is that of an `ActiveTorque` against the ground with the same `controller`, `measured`, `actuator` and
-    `cutoff`: for a speed drive `PI`, a `SpeedError`, and an `Actuator` with the torque's `limit`, the lag of
-    the current loop (`bandwidth`) and the dead time (`delay`). Further stations are measured alone: an
+    T_given is that of an `ActiveTorque` against the ground with the same `controller`, `measured`, `actuator`
+    and `cutoff`: for a speed drive `PI`, a `SpeedError`, and an `Actuator` with the torque's `limit`, the lag
+    of the current loop (`bandwidth`) and the dead time (`delay`). Further stations are measured alone: an
     encoder at the load.
 
     - `orders` (n,): periods of the ripple in one of the inverter's output, 6, 12, ... (of an

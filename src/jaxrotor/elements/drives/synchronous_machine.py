@@ -51,7 +51,8 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
         psi_f' = Rf `excitation` - (Rf + `discharge_resistance`) i_f,    psi_k' = -Rk i_k
         T = 3/2 p (psi_d i_q - psi_q i_d)
 
-    T (N·m) acts on the station in the sense of phi. One damper in d, any number in q (rows of `q_damper_...`).
+    T (N·m) acts on the station in the sense of phi. One damper in d, any number in q (rows
+    of `q_damper_...`).
 
     - `excitation`: the exciter's voltage as the field current that it drives when settled, A, referred: so
       `w Lmd excitation` is the peak of the open phase's voltage. `discharge_resistance`: ohm, referred, in
@@ -62,8 +63,8 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
       bus to which the machine is brought.
     - `connected`: the breaker, closed where above one half. An opened current decays within `breaker_time`
       (s), which stands for the arc; what it takes counts as power drawn. Reclosing is a `PulseTrain`.
-    - `line_fault`: lines b and c short-circuited where above one half; phase a keeps the grid's voltage, or is
-      open with the breaker. A three-phase short circuit is a `Step` of `voltage` to zero.
+    - `line_fault`: lines b and c short-circuited where above one half; phase a keeps the grid's voltage, or
+      is open with the breaker. A three-phase short circuit is a `Step` of `voltage` to zero.
     - `start`: the states at t = 0 (of `running`); left out, the machine is without flux.
 
     States: the grid's angle ahead of d (rad), psi_d, psi_q, psi_f, psi_kd, psi_kq... (V·s). No saturation or
@@ -387,9 +388,9 @@ class SynchronousMachine(AbstractAttachment, Stateful, Energetic, Powered, Timed
         others as for `from_per_unit`.
 
         Time constants by the classical definitions, one winding at a time (Kundur, Power System Stability and
-        Control, sec. 4.2; EN 60034-4, annex C): they are within some percent of what a test shows, and meet the
-        test by two root findings (Canay, IEE Proc. B 140 (1993) 441), which are not made here. Raises
-        `InputError` for reactances that do not fall from the synchronous one to the leakage.
+        Control, sec. 4.2; EN 60034-4, annex C). The roots of the operational inductances, which a test
+        shows, differ from them by some percent. Raises `InputError` for reactances that do not fall from
+        the synchronous one to the leakage.
         """
         d, rd = two_windings(
             "xd",

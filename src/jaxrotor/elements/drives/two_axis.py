@@ -47,8 +47,8 @@ def turned(pair: Pair) -> Pair:
 
 
 class Terminals(NamedTuple):
-    """What hangs at the stator. `voltage`: the grid's, in d and q, V. `closed`: its breaker. `joined`: lines b
-    and c short-circuited. `angle`: of d ahead of phase a, electrical rad. `breaker_time`: s, within which
+    """What hangs at the stator. `voltage`: the grid's, in d and q, V. `closed`: its breaker. `joined`: lines
+    b and c short-circuited. `angle`: of d ahead of phase a, electrical rad. `breaker_time`: s, within which
     an opened current dies."""
 
     voltage: Pair
