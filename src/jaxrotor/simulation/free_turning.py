@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..core.picked import block
 from ..machine.field import initial_states
-from ..machine.picked import block
 from ..machine.system import Actor, System
 
 # What resists a turning by less than this part of what the stiffest shaft would resists nothing.
