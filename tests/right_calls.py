@@ -104,7 +104,12 @@ def magnet(x):
     return attached(jr.elements.MagneticBearing(x, LEVITATOR))
 
 
+def grounded(x):
+    return attached(jr.elements.MovingBase(x, ((0.0, 0.1, 0.2),), SIX))
+
+
 SIX = (1e3,) * 6
+SHAKEN = jr.elements.BaseMotion(y=jr.profiles.HarmonicMotion((1e-4,), (3.0,)))
 EYE = np.eye(2)
 MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 10.0)
 # Seals' arguments.
@@ -135,6 +140,24 @@ PARTS: dict[str, tuple] = {
     "KlossMotor": (attached, (10.0, 0.1, 157.0)),
     "LawSupport": (attached, (jr.elements.KelvinVoigt(1e5),)),
     "LinearSupport": (attached, (SIX,)),
+    "MovingBase": (attached, (SHAKEN, ((0.0, 0.1, 0.2),), SIX)),
+    "FoundationBlock": (
+        attached,
+        (9.0, (1.0, 1.2, 1.5), ((0.0, 0.1, 0.2),), SIX, ((0.0, -0.1, 0.0),), SIX),
+    ),
+    "ModalFoundation": (attached, ((3.0, 5.0), 0.1, np.full((1, 3, 2), 0.1), SIX)),
+    "MeasuredFoundation": (
+        attached,
+        (
+            ((0.0, 1.0), (-4.0, -0.1)),
+            ((0.0, 0.0), (1.0, 0.5)),
+            ((1.0, 0.0), (0.5, 0.0)),
+            SIX,
+            (0.0,) * 6,
+            2,
+        ),
+    ),
+    "BaseMotion": (grounded, (jr.profiles.HarmonicMotion((1e-4,), (3.0,)),)),
     "Rub": (attached, (1e-3, 1e6, 0.1)),
     "SpeedDependentSupport": (attached, ((0.0, 100.0), (SIX, SIX), (SIX, SIX))),
     "SpeedGovernor": (attached, (10.0, 1.0, 1.0, 5.0)),
@@ -208,6 +231,8 @@ PARTS: dict[str, tuple] = {
     "CosineRamp": (motion, (100.0, 1.0)),
     "LinearRamp": (motion, (100.0, 1.0)),
     "SpeedTable": (motion, ((0.0, 1.0), (0.0, 100.0))),
+    "AccelerationRecord": (motion, ((0.0, 1.0, 2.0), (0.0, 1.0, 2.0))),
+    "HarmonicMotion": (motion, ((0.1, 0.2), (1.0, 2.0))),
     "SpeedSpline": (motion, ((0.0, 1.0, 2.0), (0.0, 50.0, 100.0))),
     "PrescribedSpin": (lambda x: line(end=x), (jr.ConstantSpeed(100.0),)),
     "Bow": (flaw, (1e-4,)),

@@ -86,6 +86,7 @@ ENTRIES = [
     Entry(X + "pad_bearings.py", "One rotor in grooved, elliptical, lobed, offset and tilting-pad bearings", "*.png"),
     Entry(X + "pump_seals.py", "What worn seals and preswirl do to a pump", "*.png"),
     Entry(X + "compressor_labyrinths.py", "What labyrinths and swirl brakes do to a compressor", "*.png"),
+    Entry(X + "earthquake.py", "An earthquake under a stiff and an isolated machine", "*.png"),
     Entry(X + "loaded_shaft.py", "A turning shaft under thrust and torque", "*.png"),
     Entry(X + "asymmetric_shaft.py", "Where a flat shaft is unstable", "*.png", options=("--quick",)),
     Entry(X + "damper_den_hartog.py", "Dampers by Den Hartog and after him", "response*"),

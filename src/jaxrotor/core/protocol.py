@@ -274,6 +274,11 @@ class Stateful(AbstractElement):
         """Time derivatives of the states, evaluated after the accelerations."""
 
 
+class Settling(Stateful):
+    """Its states are a motion that a static start must find at rest too: that of a foundation. At rest their
+    `rates` are zero."""
+
+
 class Sampled(Stateful):
     """Changes some of its states at instants alone, as a sampling controller does; their `rates` are zero."""
 

@@ -1,5 +1,8 @@
 from .bearings.annular_seal import AnnularSeal as AnnularSeal, SealPoint as SealPoint
+from .bearings.base_motion import BaseMotion as BaseMotion
 from .bearings.fixed_pads import FixedPadBearing as FixedPadBearing
+from .bearings.foundation import AbstractFoundation as AbstractFoundation
+from .bearings.foundation_block import FoundationBlock as FoundationBlock
 from .bearings.journal import (
     AbstractFilm as AbstractFilm,
     JournalBearing as JournalBearing,
@@ -11,6 +14,9 @@ from .bearings.labyrinth_seal import (
     LabyrinthSeal as LabyrinthSeal,
 )
 from .bearings.law_support import LawSupport as LawSupport
+from .bearings.measured_foundation import MeasuredFoundation as MeasuredFoundation
+from .bearings.modal_foundation import ModalFoundation as ModalFoundation
+from .bearings.moving_base import MovingBase as MovingBase
 from .bearings.pad_point import PadPoint as PadPoint
 from .bearings.radial import RadialBearing as RadialBearing
 from .bearings.rolling import (

@@ -224,7 +224,7 @@ def _put_together(
         tuple(acting),
         groups,
         ground,  # pyright: ignore
-        machine.motions,
+        tuple(motion.prepared() for motion in machine.motions),
         tuple(actors),
         machine.gravity,
         *matrices,

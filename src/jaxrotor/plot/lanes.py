@@ -107,13 +107,14 @@ def half_width(station: object) -> float:
 
 
 def attached(machine: Machine) -> list[tuple[str, str, str]]:
-    """(name, kind, station) of every attachment."""
+    """(name, kind, station) of every attachment, at each of its stations."""
     return [
-        (name, type(connector).__name__, machine.wiring.stations[ends[0][0]])
+        (name, type(connector).__name__, machine.wiring.stations[end])
         for name, connector, ends in zip(
             machine.wiring.connectors, machine.connectors, machine.wiring.ends
         )
         if not isinstance(connector, AbstractConnector)
+        for end, _ in ends
     ]
 
 

@@ -9,9 +9,11 @@ from ..core.errors import InputError
 from ..core.protocol import AbstractInertia, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.bearings.annular_seal import AnnularSeal
+from ..elements.bearings.foundation import AbstractFoundation
 from ..elements.bearings.journal import AbstractFilm
 from ..elements.bearings.labyrinth_seal import LabyrinthSeal
 from ..elements.bearings.law_support import LawSupport
+from ..elements.bearings.measured_foundation import MeasuredFoundation
 from ..elements.bearings.pad_bearing import AbstractPadBearing
 from ..elements.bearings.radial import RadialBearing
 from ..elements.bearings.rolling import RollingBearing
@@ -80,11 +82,13 @@ def with_signal(machine: Machine, signal: str, kind: type = object) -> list[str]
 # Attachments that carry a rotor against the ground.
 _SUPPORTS = (
     AbstractFilm,
+    AbstractFoundation,
     AnnularSeal,
     LabyrinthSeal,
     AbstractPadBearing,
     LawSupport,
     LinearSupport,
+    MeasuredFoundation,
     RadialBearing,
     RollingBearing,
     SpeedDependentSupport,

@@ -5,6 +5,7 @@ from .motion import (
     LinearRamp as LinearRamp,
     SpeedTable as SpeedTable,
 )
+from .ground import AccelerationRecord as AccelerationRecord, HarmonicMotion as HarmonicMotion
 from .schedule import (
     AbstractSchedule as AbstractSchedule,
     Harmonic as Harmonic,

@@ -33,6 +33,14 @@ class AbstractMotion(Part):
         """rad/s: the fastest that the acceleration swings between its jumps; the step of a run follows it."""
         return jnp.zeros(())
 
+    def reach(self) -> Float[Array, ""] | None:
+        """How far the coordinate comes from zero; `None` where nobody can say."""
+        return None
+
+    def prepared(self) -> "AbstractMotion":
+        """What stands for it during a run: work done once, such as integrals of a long record."""
+        return self
+
 
 def differentiate(position, t: Scalar) -> tuple[Array, Array, Array]:
     """`position(t)` with its first and second derivative."""

@@ -10,6 +10,7 @@ from ..core.errors import ConvergenceError, InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import known, numbers
+from ..core.protocol import Settling
 from ..core.quick import quickly_compiled
 from ..integrators.newton import newton_root
 from ..machine.field import Reference, initial_states, n_free, net_loads
@@ -51,12 +52,23 @@ def resting(system: System, reference: Reference) -> tuple[Float[Array, " d"], F
     loads on the free coordinates of each station (machine's order), but for the common torque of each free
     line."""
     n, z = n_free(system), initial_states(system)
+    moved = settling_states(system)
 
-    def loads(u):
-        return net_loads(jnp.concatenate([u, jnp.zeros(n), z]), system, reference)[0]
+    def flat(x):
+        return jnp.concatenate([x[:n], jnp.zeros(n), z.at[moved].set(x[n:]) if moved.size else z])
 
-    u, left = _balanced(loads, jnp.zeros(n), system)
-    return jnp.concatenate([u, jnp.zeros(n), z]), left
+    def loads(x):
+        left, rates = net_loads(flat(x), system, reference)
+        return jnp.concatenate([left, rates[moved]]) if moved.size else left
+
+    x, left = _balanced(loads, jnp.concatenate([jnp.zeros(n), z[moved]]), system)
+    return flat(x), left
+
+
+def settling_states(system: System) -> np.ndarray:
+    """Which of the internal states rest with the machine (`Settling`)."""
+    rows = [np.arange(*a.states) for a in system.actors if isinstance(a.element, Settling)]
+    return np.concatenate([np.zeros(0, int), *rows])
 
 
 def running(system: System, reference: Reference) -> tuple[Float[Array, " d"], Float[Array, "n 6"]]:

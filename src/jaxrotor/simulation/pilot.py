@@ -31,7 +31,8 @@ from .planned import Plan, bucket, fewest
 from .prepared import Known, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .remembered import Remembered
-from .run_error import share_of_peaks
+from .run_error import peaks, share_of_peaks
+from .shaken import carried_since, released
 from .simulation import Simulation, as_simulation, end_or_simulation
 
 # Steps of a pilot.
@@ -277,15 +278,17 @@ def unresolved(machine: Machine, plan: Plan, t_end: float, interval: float) -> b
 
 
 def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) -> np.ndarray:
-    """Of the pilots: `when`, and behind some of the jumps. (Two drives stand apart by what one has run ahead
-    of the other: a pilot, which begins undeformed, has no sense there.)"""
+    """Of the pilots: behind some of the jumps, where the ground shakes most, and `when`. (Two drives stand
+    apart by what one has run ahead of the other: a pilot, which begins undeformed, has no sense there.)"""
+    shaking = np.asarray(given.shaking)
+    chosen = np.array([*([looks(t_end)[np.argmax(shaking)]] if shaking.any() else []), when])
     drives = sum(isinstance(station, AbstractPrescribed) for station in machine.stations)
     if drives + len(machine.motions) > 1:
-        return np.array([when])
+        return chosen
     jumps = np.unique(np.asarray(given.jumps))
     jumps = jumps[(jumps > 0) & (jumps < t_end)]
     some = np.unique(np.linspace(0, jumps.size - 1, _PILOTS - 1).astype(int)) if jumps.size else []
-    return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], when)
+    return np.append(np.nextafter(jumps[some], np.inf) if jumps.size else [], chosen)
 
 
 def _speeds_at(machine: Machine, instants: np.ndarray, top: float) -> list[float]:
@@ -359,10 +362,11 @@ def pilot(
         h, own = x
         A = own.linear
 
-        # at a constant speed, loads as they are at that instant: no jump falls into the pilot
+        # at a constant speed, loads as they are at that instant: no jump falls into the pilot. The ground
+        # alone moves on
         def turning(t, y):
             reference = (angle + top * t, top, jnp.zeros_like(t))
-            dy = relative_field(when, y, system, reference)
+            dy = relative_field(when, y, released(system, when, t), reference)
             # what acts from the start, or comes up smoothly over half of the steps
             begun = jnp.clip(t / (0.5 * _STEPS * steps[0]), 0.0, 1.0)
             begun = begun**4 * (35 + begun * (-84 + begun * (70 - 20 * begun)))
@@ -379,4 +383,5 @@ def pilot(
 
     coarse, fine = jax.lax.map(run, (steps, both))
     error = jnp.max(jnp.abs(coarse[: _STEPS + 1] - fine[::2]), axis=0)
-    return share_of_peaks(error, jnp.max(jnp.abs(fine), axis=0), system)
+    ground = carried_since(system, when, 0.5 * h * np.arange(fine.shape[0]))
+    return share_of_peaks(error, peaks(fine, ground, system), system)

@@ -14,6 +14,7 @@ from ..machine.system import System, jump_times
 from ..profiles.motion import AbstractMotion
 from ..profiles.schedule import AbstractSchedule
 from .assembling import system_of
+from .shaken import shaking
 
 # Instants at which the drive's speed is looked up.
 _LOOKS = 512
@@ -21,11 +22,13 @@ _LOOKS = 512
 
 class Prescribed(NamedTuple):
     """`speeds`: of the drive at the times asked for, rad/s. `frequency`: the highest of all that is given in
-    time, rad/s. `jumps`: instants at which some force jumps, s."""
+    time, rad/s. `jumps`: instants at which some force jumps, s. `shaking`: how strongly the ground
+    accelerates at the times asked for."""
 
     speeds: Float[Array, " nt"]
     frequency: Float[Array, ""]
     jumps: Float[Array, " j"]
+    shaking: Float[Array, " nt"]
 
 
 def prescribed(machine: Machine, times: Float[Array, " nt"]) -> Prescribed:
@@ -41,6 +44,7 @@ def _prescribed(machine: Machine, system: System, times: Array) -> Prescribed:
         jax.vmap(lambda t: system.reference(t)[1])(times),
         jnp.max(jnp.stack([jnp.zeros(()), *found])),
         jump_times(system),
+        shaking(system, times),
     )
 
 

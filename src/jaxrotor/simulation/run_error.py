@@ -19,6 +19,7 @@ from ..integrators.step_times import Knots
 from ..machine.field import n_free
 from ..machine.line_speed import line_speed
 from ..machine.system import System
+from .shaken import carried
 
 # Times at which J is made anew for the present speed, on a small machine.
 _LEVELS = 8
@@ -116,7 +117,19 @@ def run_error(
     zero = jnp.zeros(d)
     (_, worst), _ = jax.lax.scan(sample, (zero, zero), (which, at <= intervals, defects))
     n = n_free(system)
-    return share_of_peaks(worst[:n], jnp.max(jnp.abs(y[:, :n]), axis=0), system)
+    # behind the run's end nothing moves
+    ground = carried(system, interval * jnp.minimum(np.arange(most), intervals))
+    last = y[:, :n] if ground is None else y[jnp.minimum(np.arange(most), intervals), :n]
+    return share_of_peaks(worst[:n], peaks(last, ground, system), system)
+
+
+def peaks(
+    q: Float[Array, "nt n"], ground: Float[Array, "nt 6"] | None, system: System
+) -> Float[Array, " n"]:
+    """Of each coordinate; against the ground where that moves."""
+    if ground is not None:
+        q = q - ground[:, np.array(system.layout.free, int) // system.layout.n_mass]
+    return jnp.max(jnp.abs(q), axis=0)
 
 
 def _power(matrix: Float[Array, "d d"], n: Array) -> Float[Array, "d d"]:

@@ -35,6 +35,7 @@ from .ranges import tell_ranges
 from .response import Response
 from .run_info import RunInfo, tell_error
 from .run_setup import RunSetup, roomy, set_up
+from .shaken import tell_turns
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .state import State
@@ -109,6 +110,7 @@ def simulate(
         tell_attitude(response)
         tell_error(response.info)
         tell_ranges(response)
+        tell_turns(response)
     return response
 
 
