@@ -69,6 +69,9 @@ from .couplings.coupling import (
     Misalignment as Misalignment,
 )
 from .couplings.gear import GearMesh as GearMesh
+from .couplings.gear_pair import GearPair as GearPair, MeshStiffness as MeshStiffness
+from .couplings.involute_mesh import InvoluteMesh as InvoluteMesh
+from .couplings.iso_stiffness import IsoStiffness as IsoStiffness
 from .couplings.joint import UniversalJoint as UniversalJoint
 from .couplings.matrix import ElasticMatrix as ElasticMatrix, DampingMatrix as DampingMatrix
 from .couplings.torsional_damper import TorsionalDamper as TorsionalDamper

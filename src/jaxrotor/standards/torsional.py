@@ -15,6 +15,7 @@ from ..core.parameter import known
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..elements.couplings.gear import GearMesh
+from ..elements.couplings.involute_mesh import InvoluteMesh
 from ..linear.instant import prepare
 from ..linear.linearise import linearize
 from ..linear.shafts import shafts_of
@@ -50,7 +51,7 @@ def torsional_excitations(
 ) -> tuple[TorsionalExcitation, ...]:
     """What a torsional analysis looks at: each of the `orders` of every shaft, by the name of its first
     station with a station's own; the line's frequency (Hz) and twice that, where one is given; and, with
-    `mesh`, the tooth frequency of each `GearMesh`, by its number of `teeth`.
+    `mesh`, the tooth frequency of each `GearMesh` or `InvoluteMesh`, by its number of `teeth`.
 
     A shaft is what turns at one speed, between the gears. Add your own: the result is a tuple of
     `TorsionalExcitation`. Source: the list of API 684's torsional tutorial as open papers give it (Wang,
@@ -69,7 +70,7 @@ def torsional_excitations(
             TorsionalExcitation("2x line frequency", frequency=2 * w),
         ]
     for name, element in machine.elements().items() if mesh else ():
-        if isinstance(element, GearMesh):
+        if isinstance(element, (GearMesh, InvoluteMesh)):
             first = machine.connections()[name][0].partition(".")[0]
             teeth = known(element.teeth)
             if teeth is None:

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
@@ -39,10 +40,17 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     - `orientation`: direction from a's axis to b's, rad from x.
     - `error_amplitudes` (m), `error_phases` (rad): harmonics 1, 2, ... of the transmission error at tooth
       frequency, `e = sum A_k cos(k teeth phi_a + p_k)`; `teeth` is the number on gear a.
+    - `stiffness_amplitudes` (pure numbers), `stiffness_phases` (rad): how what the teeth answer varies over
+      their engagement. The law is that of the mean; it is multiplied by
+      `s = 1 + sum S_k cos(k teeth phi_a + p_k)`, damping as stiffness. `GearPair` finds them by geometry.
 
-    Both flanks are taken to touch along the same line. Each gear is a station (a `Rotor`) of its own
+    The force follows from the energy `s U(delta)`: where the stiffness varies, gear a bears the torque
+    `-U ds/dphi_a` too, by which its shaft pays for what the teeth take up and give back as pairs come and go.
+    `helix_angle` is the one of the flank's normal, that on the base cylinder. Both flanks are taken to touch
+    along the same line. Each gear is a station (a `Rotor`) of its own
     shaft, measured from its own axis. Source: Lalanne & Ferraris, Rotordynamics Prediction (1998), ch. 8;
-    Kahraman & Singh, J. Sound Vib. 142 (1990) 49 (backlash, transmission error).
+    Kahraman & Singh, J. Sound Vib. 142 (1990) 49 (backlash, transmission error); Oh, Grosh & Barber, J. Vib.
+    Acoust. 127 (2005) 208 (what the shaft pays).
     """
 
     radii: Float[Array, "2"] = parameter("m", positive=True, shapes=((2,),))
@@ -53,6 +61,8 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     teeth: Float[Array, ""] = parameter(positive=True, default=20.0)
     error_amplitudes: Float[Array, " n"] = parameter("m", shapes=((None,),), default=())
     error_phases: Float[Array, " n"] = parameter("rad", shapes=((None,),), default=())
+    stiffness_amplitudes: Float[Array, " m"] = parameter(shapes=((None,),), default=())
+    stiffness_phases: Float[Array, " m"] = parameter("rad", shapes=((None,),), default=())
 
     signals: ClassVar[dict[str, str]] = {"tooth_force": "N", "deflection": "m"}
 
@@ -61,11 +71,30 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
             value = float(getattr(self, name))
             if not abs(value) < 1.5:
                 yield f"{name} must be below a right angle, but is {value:g} rad: give it in rad"
-        if self.error_amplitudes.shape != self.error_phases.shape:
+        for of in ("error", "stiffness"):
+            sizes = [getattr(self, f"{of}_{name}").shape[0] for name in ("amplitudes", "phases")]
+            if sizes[0] != sizes[1]:
+                yield (
+                    f"{of}_amplitudes and {of}_phases must be equally long, but have "
+                    f"{sizes[0]} and {sizes[1]} entries"
+                )
+                return
+        least = self._least_share()
+        if not least > 0:
             yield (
-                f"error_amplitudes and error_phases must be equally long, but have "
-                f"{self.error_amplitudes.shape[0]} and {self.error_phases.shape[0]} entries"
+                f"stiffness_amplitudes must leave the teeth some stiffness, but it falls to {least:g} of its "
+                "mean: make them smaller"
             )
+
+    def _least_share(self) -> float:
+        """The least stiffness over the engagement, of its mean."""
+        amplitudes, phases = (
+            np.asarray(self.stiffness_amplitudes),
+            np.asarray(self.stiffness_phases),
+        )
+        k = np.arange(1, amplitudes.shape[0] + 1)
+        angles = np.linspace(0, 2 * np.pi, 16 * k.size + 16)[:, None]
+        return float(np.min(1 + np.cos(angles * k + phases) @ amplitudes))
 
     def ratio(self) -> Float[Array, ""]:
         return -self.radii[0] / self.radii[1]
@@ -81,8 +110,15 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
         return jnp.concatenate([n, arm_a, -n, -arm_b])
 
     def _error(self, phi: Array) -> Array:
-        k = jnp.arange(1, self.error_amplitudes.shape[0] + 1)
-        return jnp.sum(self.error_amplitudes * jnp.cos(k * self.teeth * phi + self.error_phases))
+        return self._harmonics(self.error_amplitudes, self.error_phases, phi)
+
+    def _share(self, phi: Array) -> Array:
+        """What the teeth answer there, of the mean."""
+        return 1 + self._harmonics(self.stiffness_amplitudes, self.stiffness_phases, phi)
+
+    def _harmonics(self, amplitudes: Array, phases: Array, phi: Array) -> Array:
+        k = jnp.arange(1, amplitudes.shape[0] + 1)
+        return jnp.sum(amplitudes * jnp.cos(k * self.teeth * phi + phases))
 
     def deflection(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """delta, m: positive where the driving flanks press."""
@@ -98,15 +134,20 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
 
     def tooth_force(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Along the line of action, N: positive where gear a drives with +phi."""
-        return self.mesh.force(t, *self._stretch(motions), state)
+        force = self.mesh.force(t, *self._stretch(motions), state)
+        return force * self._share(motions[0][0][5])
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> tuple[Vec6, ...]:
         force = self.tooth_force(t, motions, state)
         on = -force * self._direction()
+        phi = motions[0][0][5]
         if self.error_amplitudes.shape[0]:  # the error turns with phi_a, so it acts back on it
-            on = on.at[5].add(force * jax.grad(self._error)(motions[0][0][5]))
+            on = on.at[5].add(force * jax.grad(self._error)(phi))
+        if self.stiffness_amplitudes.shape[0]:  # and so does the stiffness
+            stored = self.mesh.energy(t, self._stretch(motions)[0], state)
+            on = on.at[5].add(-stored * jax.grad(self._share)(phi))
         return on[:6], on[6:]
 
     def initial(self) -> Array:
@@ -125,13 +166,17 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
         return self.mesh.times()
 
     def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
-        return self.mesh.energy(t, self._stretch(motions)[0], state)
+        stored = self.mesh.energy(t, self._stretch(motions)[0], state)
+        return stored * self._share(motions[0][0][5])
 
     def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
-        return self.mesh.power_lost(t, *self._stretch(motions), state)
+        lost = self.mesh.power_lost(t, *self._stretch(motions), state)
+        return lost * self._share(motions[0][0][5])
 
     def nominal(self) -> "GearMesh":
-        """Without transmission error."""
+        """Without transmission error, and of the mean stiffness."""
         return eqx.tree_at(
-            lambda g: g.error_amplitudes, self, jnp.zeros_like(self.error_amplitudes)
+            lambda g: (g.error_amplitudes, g.stiffness_amplitudes),
+            self,
+            replace_fn=jnp.zeros_like,
         )
