@@ -130,7 +130,13 @@ def test_ratio_and_tooth_force(run):
 
 def test_forces_of_a_mesh_at_one_instant():
     """By the vectors of the pair: flank normal, arms, virtual work; error and its torque on phi."""
-    machine = pair(error_amplitudes=[2e-6], error_phases=[0.3], teeth=24.0)
+    machine = pair(
+        error_amplitudes=[2e-6],
+        error_phases=[0.3],
+        teeth=24.0,
+        stiffness_amplitudes=[0.2, 0.1],
+        stiffness_phases=[0.5, 1.0],
+    )
     rng = np.random.default_rng(5)
     q, v = rng.normal(size=(2, 3, 6)) * 1e-5
     names = machine.wiring.stations
@@ -146,9 +152,11 @@ def test_forces_of_a_mesh_at_one_instant():
     error = 2e-6 * np.cos(24 * 0.4 + 0.3)
     slope = -24 * 2e-6 * np.sin(24 * 0.4 + 0.3)
     delta, delta_t = n @ moved - error, n @ rate - slope * 50.0
-    force = 1e7 * delta + 500.0 * delta_t
+    share = 1 + 0.2 * np.cos(24 * 0.4 + 0.5) + 0.1 * np.cos(48 * 0.4 + 1.0)
+    steep = -24 * 0.2 * np.sin(24 * 0.4 + 0.5) - 48 * 0.1 * np.sin(48 * 0.4 + 1.0)
+    force = share * (1e7 * delta + 500.0 * delta_t)
     on_a = -force * np.concatenate([n, np.cross(0.05 * out, n)])
-    on_a[5] += force * slope
+    on_a[5] += force * slope - 0.5 * 1e7 * delta**2 * steep
     on_b = force * np.concatenate([n, np.cross(-0.1 * out, n)])
     # the mesh turns by chi: that is what was given above
     phi, rate = q[:, 5] - q[:, 3] * q[:, 4] / 2, v[:, 3] * q[:, 4] + q[:, 3] * v[:, 4]
@@ -162,10 +170,18 @@ def test_forces_of_a_mesh_at_one_instant():
 @pytest.mark.parametrize(
     "mesh, error",
     [
-        (jr.elements.KelvinVoigt(1e7, 500.0), dict(error_amplitudes=[2e-6], error_phases=[0.3])),
+        (
+            jr.elements.KelvinVoigt(1e7, 500.0),
+            dict(
+                error_amplitudes=[2e-6],
+                error_phases=[0.3],
+                stiffness_amplitudes=[0.2, 0.1],
+                stiffness_phases=[0.0, 0.7],
+            ),
+        ),
         (jr.elements.Backlash(gap=1e-4, stiffness=1e7, damping=500.0), {}),
     ],
-    ids=["transmission error", "backlash"],
+    ids=["transmission error and stiffness that varies", "backlash"],
 )
 def test_balance(mesh, error):
     """The error turns with the pinion and acts back on it; a loose pair rattles by Kvaerno5."""
@@ -193,13 +209,19 @@ def test_derivatives():
 
     def forces(x):
         gear = jr.GearMesh(
-            x[:2], jr.elements.KelvinVoigt(x[2], x[3]), x[4], x[5], x[6], x[7], x[8:10], x[10:12]
+            x[:2],
+            jr.elements.KelvinVoigt(x[2], x[3]),
+            *x[4:8],
+            x[8:10],
+            x[10:12],
+            x[12:14],
+            x[14:16],
         )
         on = gear.forces(jnp.zeros(()), motions, jnp.zeros(0))
         books = gear.energy(0.0, motions, None), gear.power_lost(0.0, motions, None)
         return jnp.concatenate([*on, jnp.stack(books)])
 
-    x = [0.05, 0.1, 1e7, 500.0, 0.35, 0.2, 0.7, 24.0, 2e-6, 1e-6, 0.3, -0.4]
+    x = [0.05, 0.1, 1e7, 500.0, 0.35, 0.2, 0.7, 24.0, 2e-6, 1e-6, 0.3, -0.4, 0.2, 0.1, 0.5, -0.7]
     assert_derivatives_agree(forces, x, rtol=1e-6, step=1e-5)
 
 
@@ -233,6 +255,10 @@ def test_a_free_pair_keeps_its_momenta():
         (
             dict(error_amplitudes=[1e-6]),
             "`g`: error_amplitudes and error_phases must be equally long",
+        ),
+        (
+            dict(stiffness_amplitudes=[1.1], stiffness_phases=[0.0]),
+            "`g`: stiffness_amplitudes must leave the teeth some stiffness",
         ),
     ],
 )

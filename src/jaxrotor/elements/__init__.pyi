@@ -68,8 +68,9 @@ from .couplings.coupling import (
     Coupling as Coupling,
     Misalignment as Misalignment,
 )
+from .couplings.engagement import LoadedMesh as LoadedMesh, MeshStiffness as MeshStiffness
 from .couplings.gear import GearMesh as GearMesh
-from .couplings.gear_pair import GearPair as GearPair, MeshStiffness as MeshStiffness
+from .couplings.gear_pair import GearPair as GearPair
 from .couplings.involute_mesh import InvoluteMesh as InvoluteMesh
 from .couplings.iso_stiffness import IsoStiffness as IsoStiffness
 from .couplings.joint import UniversalJoint as UniversalJoint

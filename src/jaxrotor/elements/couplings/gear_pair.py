@@ -15,21 +15,13 @@ from ...core.parameter import parameter, problems
 from ...core.part import Part
 from ...core.quick import lightly_compiled, quickly_compiled
 from ..laws.law import AbstractLaw, Backlash, KelvinVoigt
+from .engagement import LoadedMesh, MeshStiffness, added, harmonics, loaded, over_angles
 from .gear import GearMesh
 from .iso_stiffness import IsoStiffness, iso_stiffness
 from .line_of_action import Contact, contact
 from .tooth import Tooth, cut, flattening, tooth_compliance
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-
-
-class MeshStiffness(NamedTuple):
-    """Stiffness along the flanks' normal, N/m, over the mesh angle, teeth times the angle of gear a:
-    `mean (1 + sum amplitudes_k cos(k angle + phases_k))`. At angle zero a pair touches at the pitch point."""
-
-    mean: Float[Array, ""]
-    amplitudes: Float[Array, " n"]
-    phases: Float[Array, " n"]
 
 
 class GearPair(Part):
@@ -42,6 +34,8 @@ class GearPair(Part):
     - `centre_distance`: m; `None` is the one without play.
     - `bores`: diameters, m, of gears that are rings; `None`: the bodies are taken for half-planes.
     - `youngs_modulus`, Pa; `poissons_ratio`.
+    - `tip_reliefs`: what is taken off the flanks at the tips of gears a and b, m, along their normal; it
+      grows evenly over the last `relief_lengths`, m along the line of action. `None`: no relief.
 
     A tooth yields by bending, shear and compression, by what gives beneath it and by flattening where it is
     touched, after Weber & Banaschek; a helical one as the virtual spur tooth of its normal section. The pairs
@@ -70,6 +64,12 @@ class GearPair(Part):
     )
     youngs_modulus: Float[Array, ""] = parameter("Pa", positive=True, default=2.06e11)
     poissons_ratio: Float[Array, ""] = parameter(nonnegative=True, default=0.3)
+    tip_reliefs: Float[Array, "2"] | None = parameter(
+        "m", nonnegative=True, shapes=((2,),), optional=True, default=None
+    )
+    relief_lengths: Float[Array, "2"] | None = parameter(
+        "m", positive=True, shapes=((2,),), optional=True, default=None
+    )
 
     def faults(self) -> Iterator[str]:
         for name, most in (("pressure_angle", 0.8), ("helix_angle", 1.2)):
@@ -79,6 +79,8 @@ class GearPair(Part):
                 return
         if not float(self.poissons_ratio) < 0.5:
             yield f"poissons_ratio must be below 0.5, but is {float(self.poissons_ratio):g}"
+        if (self.tip_reliefs is None) != (self.relief_lengths is None):
+            yield "tip_reliefs and relief_lengths must be given together, or neither"
         found = jax.tree.map(np.asarray, _looked_at(self))
         for k, name in enumerate("ab"):
             if found.first[k] < 0:
@@ -170,9 +172,22 @@ class GearPair(Part):
         refuse(problems(self, "GearPair"))
         return _stiffness(self, jnp.asarray(force, float), jnp.asarray(angles, float))
 
+    @takes(force=positive("N"), samples=whole(16, 4096))
+    def loaded(self, force: Any, samples: int = 256) -> LoadedMesh:
+        """Over one mesh, under a steady force along the flanks' normal (N), with tip relief: static
+        transmission error, stiffness, and which error a `GearMesh` needs to do the same. Pairs share the
+        force as their stiffness and their relief let them; contact ends at the tips, also where a deflected
+        tooth would touch earlier.
+
+        Raises `InputError` for a force that is not positive, another number of samples than 16 to 4096, and a
+        pair that a machine refuses too.
+        """
+        refuse(problems(self, "GearPair"))
+        return _loaded(self, jnp.asarray(force, float), samples)
+
     @takes(force=positive("N"), harmonics=whole(0, 64))
     def mesh_stiffness(self, force: Any, harmonics: int = 8) -> MeshStiffness:
-        """The same as a mean and its harmonics, each exact and smooth in all geometry.
+        """The same as a mean and its harmonics, each exact and smooth in all geometry; without relief.
 
         `force`: along the flanks' normal, N; by it, only the flattening at the contacts changes.
 
@@ -213,30 +228,53 @@ class GearPair(Part):
 
         Raises `InputError` as `mesh_stiffness` does.
         """
-        found = self.mesh_stiffness(force, harmonics)
+        refuse(problems(self, "GearPair"))
+        found, error = _found(self, jnp.asarray(force, float), harmonics)
         law = (
             KelvinVoigt(found.mean, damping) if gap is None else Backlash(gap, found.mean, damping)
         )
-        return self.joining(found, law, orientation, error_amplitudes, error_phases)
+        return self.joining(found, error, law, orientation, error_amplitudes, error_phases)
 
-    def joining(self, found: MeshStiffness, law: AbstractLaw, *placed: Any) -> GearMesh:
-        """`placed`: orientation, error's amplitudes and phases."""
+    def joining(
+        self,
+        found: MeshStiffness,
+        relief: tuple[Array, Array],
+        law: AbstractLaw,
+        orientation: Any,
+        error_amplitudes: Any,
+        error_phases: Any,
+    ) -> GearMesh:
+        """`relief`: amplitudes and phases of its error, to which the gears' own are added."""
         meet = self.contact()
+        own = jnp.asarray(error_amplitudes, float), jnp.asarray(error_phases, float)
         return GearMesh(
             meet.bases / jnp.cos(meet.pressure),
             law,
             meet.pressure,
             meet.base_helix,
-            placed[0],
+            orientation,
             self.teeth[0],
-            *placed[1:],
+            *added(own, relief),
             found.amplitudes,
             found.phases,
         )
 
-    def found(self, force: Array, count: int) -> MeshStiffness:
-        """`mesh_stiffness`, unchecked."""
-        return harmonics_of(self, force, count)
+    def found(self, force: Array, count: int) -> tuple[MeshStiffness, tuple[Array, Array]]:
+        """Unchecked: the stiffness of the teeth that touch under the force, and amplitudes (m) and phases of
+        the error that relief makes; its mean is no more than another zero of the angle."""
+        if self.tip_reliefs is None:
+            return harmonics_of(self, force, count), (jnp.zeros(0), jnp.zeros(0))
+        at = _loaded(self, force, max(_SAMPLES, 8 * count))
+        mean, sizes, phases = harmonics(at.stiffness, count)
+        return MeshStiffness(mean, sizes / mean, phases), harmonics(at.error, count)[1:]
+
+    def _relief(self, at: Array) -> Array:
+        """Of both flanks where they touch, m."""
+        if self.tip_reliefs is None or self.relief_lengths is None:
+            return jnp.zeros_like(at)
+        meet = self.contact()
+        beyond = jnp.stack([at - meet.last, meet.first - at], axis=-1) / self.relief_lengths + 1
+        return jnp.sum(self.tip_reliefs * jnp.maximum(beyond, 0.0), axis=-1)
 
     def _line_stiffness(self, force: Array, at: Array) -> Array:
         """Of one pair at a place, N/m²."""
@@ -252,6 +290,10 @@ class GearPair(Part):
             bore = None if self.bores is None else 0.5 * self.bores[k]
             give = give + tooth_compliance(tooth, u[k], self.poissons_ratio, bore)
         return self.youngs_modulus / give
+
+
+# Angles at which a relieved mesh is looked at.
+_SAMPLES = 256
 
 
 def harmonics_of(pair: GearPair, force: Array, count: int) -> MeshStiffness:
@@ -272,6 +314,11 @@ def harmonics_of(pair: GearPair, force: Array, count: int) -> MeshStiffness:
 
 
 @lightly_compiled
+def _found(pair: GearPair, force: Array, count: int):
+    return pair.found(force, count)
+
+
+@lightly_compiled
 def _mesh_stiffness(pair: GearPair, force: Array, count: int) -> MeshStiffness:
     return harmonics_of(pair, force, count)
 
@@ -282,30 +329,26 @@ def _pair_stiffness(pair: GearPair, force: Array, at: Array) -> Array:
     return found.reshape(at.shape)
 
 
-# Slices of a helical gear's face, and pairs that touch beside the one nearest to the pitch point.
-_SLICES, _BESIDE = 64, 4
-
-
 @lightly_compiled
 def _stiffness(pair: GearPair, force: Array, angles: Array) -> Array:
     meet = pair.contact()
-    slices = (jnp.arange(_SLICES) + 0.5) / _SLICES - 0.5
-    shift = slices * pair.face_width * jnp.tan(meet.base_helix)
+    found = over_angles(
+        meet, pair.face_width, lambda s: pair._line_stiffness(force, s), jnp.ravel(angles)
+    )
+    return found.reshape(angles.shape)
 
-    def one(angle: Array) -> Array:
-        nearest = jnp.mod(angle + jnp.pi, 2 * jnp.pi) - jnp.pi
-        pairs = nearest / (2 * jnp.pi) + jnp.arange(-_BESIDE, _BESIDE + 1)
-        at = pairs[:, None] * meet.base_pitch + jnp.mod(
-            shift + 0.5 * meet.base_pitch, meet.base_pitch
-        )
-        at = jnp.ravel(at - 0.5 * meet.base_pitch)
-        touch = (at >= meet.first) & (at <= meet.last)
-        inside = jnp.clip(at, meet.first, meet.last)
-        line = jax.vmap(lambda s: pair._line_stiffness(force, s))(inside)
-        length = pair.face_width / jnp.cos(meet.base_helix) / _SLICES
-        return length * jnp.sum(jnp.where(touch, line, 0.0))
 
-    return jax.lax.map(one, jnp.ravel(angles)).reshape(angles.shape)
+@lightly_compiled
+def _loaded(pair: GearPair, force: Array, count: int) -> LoadedMesh:
+    angles = 2 * jnp.pi * jnp.arange(count) / count
+    return loaded(
+        pair.contact(),
+        pair.face_width,
+        lambda s: pair._line_stiffness(force, s),
+        pair._relief,
+        force,
+        angles,
+    )
 
 
 class _Look(NamedTuple):

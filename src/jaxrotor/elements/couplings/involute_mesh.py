@@ -33,7 +33,8 @@ class InvoluteMesh(AbstractElastic, Geared, Prepared, Energetic, Nominal, Signal
     - `force`: along the flanks' normal, N, at which the teeth are linearised.
     - `damping`: N·s/m along that normal, in the mean; it varies as the stiffness does.
     - `orientation`, `error_amplitudes`, `error_phases`: as of `GearMesh`.
-    - `varying`: the share of the stiffness's variation that is kept; 0 leaves the mean alone.
+    - `varying`: the share of what varies by the pair's own doing, stiffness and the error that its tip relief
+      makes, that is kept; 0 leaves the mean alone.
     - `harmonics`: how many of the tooth frequency it is given by.
 
     Teeth that may part: `GearPair.gear_mesh` with a `gap`.
@@ -57,10 +58,11 @@ class InvoluteMesh(AbstractElastic, Geared, Prepared, Energetic, Nominal, Signal
         yield from self.prepared().faults()
 
     def prepared(self) -> GearMesh:
-        found = self.pair.found(self.force, self.harmonics)
+        found, (sizes, phases) = self.pair.found(self.force, self.harmonics)
         found = found._replace(amplitudes=self.varying * found.amplitudes)
         return self.pair.joining(
             found,
+            (self.varying * sizes, phases),
             KelvinVoigt(found.mean, self.damping),
             self.orientation,
             self.error_amplitudes,
