@@ -110,6 +110,7 @@ MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 
 # Seals' arguments.
 LIQUID = (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)
 GAS = (0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5)
+GEARS = jr.elements.GearPair((20, 40), 0.01, 0.05)
 PARTS: dict[str, tuple] = {
     "Rotor": (station, (6.0, 0.0187, 0.0102)),
     "RigidBody": (station, (6.0, (1.0, 1.2, 1.5))),
@@ -121,6 +122,7 @@ PARTS: dict[str, tuple] = {
     "ElasticMatrix": (joint, (np.eye(12), np.zeros((12, 12)))),
     "UniversalJoint": (joint, (100.0,)),
     "GearMesh": (joint, ((0.1, 0.2), jr.elements.KelvinVoigt(1e8))),
+    "InvoluteMesh": (joint, (GEARS, 1e3)),
     "AddedInertia": (attached, (0.1,)),
     "Brake": (attached, (1.0,)),
     "DCMotor": (attached, (1.0, 1e-3, 0.1, 12.0)),
