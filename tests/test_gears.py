@@ -1,6 +1,7 @@
 """Gear meshes and branches: TOR-01, TOR-02, ratios, forces, balances, derivatives."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -244,10 +245,68 @@ def test_a_free_pair_keeps_its_momenta():
     assert float(jnp.ptp(end["b"].speed)) > 1.0
 
 
+PLANETARY = {
+    3: [0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3]
+    + [6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3],
+    4: [0, 727.3, 727.3, 1091.2, 1091.2, 1536.5, 1808.2, 1892.8, 1892.8, 1970.6, 2342.5, 2342.5]
+    + [2625.7, 5963.8, 6981.7, 7189.9, 7189.9, 7773.6, 10437.6, 10437.6, 13071.1],
+}
+
+
+@pytest.mark.parametrize("planets", PLANETARY)
+def test_rings_with_teeth_inside_against_planetary_gears(planets):
+    """Lin & Parker, J. Vib. Acoust. 121 (1999) 316, tables 1 and 2, to their 0.1 Hz: sun, ring, carrier and
+    planets on springs, seen from the carrier, gyroscopic moments left out. The meshes' stiffness is that of
+    `GearMesh.forces`; what holds the parts is written here."""
+    alpha, count = np.deg2rad(24.6), 3 + planets
+    sun, ring, carrier = range(3)
+    mass = {sun: (0.4, 0.39), ring: (2.35, 3.0), carrier: (5.43, 6.29)}  # kg: m, J/r²
+    base = {sun: 77.42e-3 / 2, ring: 275.03e-3 / 2, carrier: 176.8e-3 / 2}
+    pitch = {k: r / np.cos(alpha) for k, r in base.items()}
+    planet = 100.35e-3 / 2 / np.cos(alpha)
+    M, K = np.zeros((2, 3 * count, 3 * count))  # x, y, phi of each
+    for k in range(count):
+        m, i = mass.get(k, (0.66, 0.61))
+        r = base.get(k, 100.35e-3 / 2)
+        M[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = np.diag([m, m, i * r**2])
+        if k in mass:
+            K[3 * k, 3 * k] = K[3 * k + 1, 3 * k + 1] = 1e8
+    K[3 * ring + 2, 3 * ring + 2] = 1e9 * base[ring] ** 2
+
+    def add(matrix, a, b):
+        rows = [3 * a + i for i in range(3)] + [3 * b + i for i in range(3)]
+        K[np.ix_(rows, rows)] += matrix
+
+    law = jr.elements.KelvinVoigt(5e8)
+    turned = np.array([0, 1, 5, 6, 7, 11])
+
+    @eqx.filter_jit
+    def stiffness(mesh):
+        def force(q):
+            still = jnp.zeros(6)
+            return -jnp.concatenate(mesh.forces(0.0, ((q[:6], still), (q[6:], still)), None))
+
+        return jax.jacfwd(force)(jnp.zeros(12))[turned][:, turned]
+
+    for p in range(planets):
+        angle, k = 2 * np.pi * p / planets, 3 + p
+        # the sun drives the planet, which turns with -phi and drives the ring by the flanks of that sense
+        add(stiffness(jr.GearMesh([pitch[sun], planet], law, alpha, 0.0, angle)), sun, k)
+        add(stiffness(jr.GearMesh([planet, -pitch[ring]], law, -alpha, 0.0, angle)), k, ring)
+        pin = np.array([[1, 0, -base[carrier] * np.sin(angle), -1, 0, 0],
+                        [0, 1, base[carrier] * np.cos(angle), 0, -1, 0]])  # fmt: skip
+        add(1e8 * pin.T @ pin, carrier, k)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    found = np.sqrt(np.abs(squares)) / (2 * np.pi)
+    np.testing.assert_allclose(found[1:], PLANETARY[planets][1:], atol=0.06)
+    assert found[0] < 1.0
+
+
 @pytest.mark.parametrize(
     "options, sentence",
     [
-        (dict(radii=[0.05, -0.1]), "`g`: radii must be positive, but is -0.1 m"),
+        (dict(radii=[-0.05, 0.1]), "`g`: radii must be positive, or that of gear b negative"),
+        (dict(radii=[0.1, -0.05]), "`g`: radii must be positive, or that of gear b negative"),
         (
             dict(pressure_angle=20.0),
             "`g`: pressure_angle must be below a right angle, but is 20 rad",

@@ -25,18 +25,20 @@ from ..laws.law import AbstractLaw
 
 
 class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Signalling):
-    """An external gear pair, spur or helical, elastic along its line of action.
+    """A gear pair, spur or helical, elastic along its line of action.
 
     The teeth answer to `delta = n·(u_a - u_b) - e`, how far the flanks would run into each other: u is
     the motion of each gear at the pitch point, n the normal of the flank by which a gear a that turns
-    with +phi drives gear b (which then turns with -phi), e the transmission error.
+    with +phi drives gear b (which then turns with -phi, a ring with +phi), e the transmission error.
 
     **Arguments:**
 
-    - `radii`: pitch radii of both, m; their ratio is that of the speeds.
+    - `radii`: pitch radii of both, m; their ratio is that of the speeds. Where gear b is a ring with teeth
+      inside, its radius is negative and the larger; a lies within it.
     - `mesh`: the law along the line of action (N/m, N·s/m): `KelvinVoigt(stiffness, damping)`, or
       `Backlash(gap, stiffness, damping)` with the play measured along that line.
-    - `pressure_angle`, `helix_angle`: rad; the helix pushes gear b along +z where positive.
+    - `pressure_angle`, `helix_angle`: rad; the helix pushes gear b along +z where positive. A negative
+      pressure angle is that of the other flanks, by which a gear a that turns with -phi drives.
     - `orientation`: direction from a's axis to b's, rad from x.
     - `error_amplitudes` (m), `error_phases` (rad): harmonics 1, 2, ... of the transmission error at tooth
       frequency, `e = sum A_k cos(k teeth phi_a + p_k)`; `teeth` is the number on gear a.
@@ -53,7 +55,7 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     Acoust. 127 (2005) 208 (what the shaft pays).
     """
 
-    radii: Float[Array, "2"] = parameter("m", positive=True, shapes=((2,),))
+    radii: Float[Array, "2"] = parameter("m", shapes=((2,),))
     mesh: AbstractLaw = eqx.field(metadata={"straight": True})  # pyright: ignore[reportGeneralTypeIssues]
     pressure_angle: Float[Array, ""] = parameter("rad", default=0.3490658503988659)
     helix_angle: Float[Array, ""] = parameter("rad", default=0.0)
@@ -67,6 +69,12 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
     signals: ClassVar[dict[str, str]] = {"tooth_force": "N", "deflection": "m"}
 
     def faults(self) -> Iterator[str]:
+        a, b = (float(r) for r in self.radii)
+        if not (a > 0 and (b > 0 or -b > a)):
+            yield (
+                f"radii must be positive, or that of gear b negative and the larger where it is a ring with "
+                f"teeth inside, but are {a:g} m and {b:g} m"
+            )
         for name in ("pressure_angle", "helix_angle"):
             value = float(getattr(self, name))
             if not abs(value) < 1.5:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...core.arguments import whole
-from ...core.parameter import parameter, problems
+from ...core.parameter import parameter
 from ...core.part import option
 from ...core.protocol import (
     AbstractElastic,
@@ -52,10 +52,14 @@ class InvoluteMesh(AbstractElastic, Geared, Prepared, Energetic, Nominal, Signal
     signals: ClassVar[dict[str, str]] = {"tooth_force": "N", "deflection": "m"}
 
     def faults(self) -> Iterator[str]:
-        if found := list(problems(self.pair, "pair")):
-            yield from found
-            return
-        yield from self.prepared().faults()
+        sizes = self.error_amplitudes.shape[0], self.error_phases.shape[0]
+        if sizes[0] != sizes[1]:
+            yield (
+                f"error_amplitudes and error_phases must be equally long, but have {sizes[0]} and "
+                f"{sizes[1]} entries"
+            )
+        if not float(self.varying) <= 1:
+            yield f"varying must be from 0 to 1, but is {float(self.varying):g}"
 
     def prepared(self) -> GearMesh:
         found, (sizes, phases) = self.pair.found(self.force, self.harmonics)
