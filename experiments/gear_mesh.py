@@ -33,7 +33,7 @@ TEETH, MODULE, WIDTH = (28, 35), 3e-3, 30e-3
 FORCE = 6000.0  # N: 200 N a mm of width
 FORCES = np.linspace(500.0, 10000.0, 20)
 RELIEFS = (0.0, 10e-6, 20e-6)
-LENGTH = 2.5e-3  # along the line of action: down to where one pair is left
+LENGTH = 5.8e-3  # along the line of action: almost down to where one pair is left
 
 
 def pair(helix: float = 0.0, **more) -> jr.elements.GearPair:

@@ -181,15 +181,13 @@ def pair_of(x):
 
 def test_harmonics_are_those_of_the_engagement():
     """Fourier's integrals along the path of one pair against the sum over all pairs that touch, at
-    2048 angles and 64 slices of the face."""
+    512 angles and 64 slices of the face."""
     pair = pair_of(jnp.asarray(PAIR))
-    angles = 2 * np.pi * np.arange(2048) / 2048
-    found = np.fft.rfft(pair.stiffness(3000.0, angles)) / 2048
+    angles = 2 * np.pi * np.arange(512) / 512
+    found = np.fft.rfft(pair.stiffness(3000.0, angles)) / 512
     made = pair.mesh_stiffness(3000.0, 4)
     assert float(made.mean) == pytest.approx(found[0].real, rel=1e-4)
-    # the mean over slices is less than that over the face, by a known amount
-    x = np.pi * np.arange(1, 5) * float(pair.overlap_ratio()) / 64
-    expected = 2 * found[1:5] / found[0].real * np.sin(x) / x
+    expected = 2 * found[1:5] / found[0].real
     np.testing.assert_allclose(
         made.amplitudes * np.exp(1j * np.asarray(made.phases)), expected, atol=2e-5
     )
@@ -268,7 +266,8 @@ def relieved(**changed):
 
 
 def test_transmission_error_under_load():
-    """The approach at which the pairs in their slices bear the force between them, by bisection."""
+    """The approach at which the pairs bear the force between them, by bisection with a hundred times as many
+    slices. (Stiffness steps by whole slices as relieved flanks touch: no better than 1 in 100.)"""
     pair = relieved()
     force = 4000.0
     found = pair.loaded(force, 16)
@@ -277,20 +276,20 @@ def test_transmission_error_under_load():
     line = np.asarray(pair.pair_stiffness(force, at))
     relief = 20e-6 * np.clip((at - meet.last) / 2e-3 + 1, 0, None)
     relief += 15e-6 * np.clip((meet.first - at) / 1.5e-3 + 1, 0, None)
-    w = ((np.arange(64) + 0.5) / 64 - 0.5) * 0.03
+    w = ((np.arange(6400) + 0.5) / 6400 - 0.5) * 0.03
     for k in (0, 5, 11):
         places = w[:, None] * np.tan(meet.base_helix) + meet.base_pitch * (
             float(found.angles[k]) / (2 * np.pi) + np.arange(-4, 5)
         )
         inside = (places >= meet.first) & (places <= meet.last)
         c, g = (np.interp(places[inside], at, y) for y in (line, relief))
-        c = c * 0.03 / 64 / np.cos(meet.base_helix)
+        c = c * 0.03 / 6400 / np.cos(meet.base_helix)
         low, high = 0.0, 1e-3
         for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if c @ np.maximum(middle - g, 0) < force else (low, middle)
-        assert float(found.transmission_error[k]) == pytest.approx(low, rel=1e-6)
-        assert float(found.stiffness[k]) == pytest.approx(np.sum(c[g < low]), rel=1e-6)
+        assert float(found.transmission_error[k]) == pytest.approx(low, rel=1e-4)
+        assert float(found.stiffness[k]) == pytest.approx(np.sum(c[g < low]), rel=1e-2)
 
 
 def test_without_relief_the_error_is_force_over_stiffness():

@@ -51,7 +51,12 @@ def touching(meet: Contact, width: Array, line: Line, angle: Array) -> tuple[Arr
     inside = jnp.clip(at, meet.first, meet.last)
     length = width / jnp.cos(meet.base_helix) / _SLICES
     each = length * jax.vmap(line)(inside)
-    return jnp.where((at >= meet.first) & (at <= meet.last), each, 0.0), inside
+    # a slice of a helical tooth comes and goes bit by bit, a spur tooth at once
+    span = width * jnp.abs(jnp.tan(meet.base_helix)) / _SLICES
+    within = jnp.minimum(at + 0.5 * span, meet.last) - jnp.maximum(at - 0.5 * span, meet.first)
+    part = jnp.clip(within / jnp.where(span > 0, span, 1.0), 0.0, 1.0)
+    part = jnp.where(span > 0, part, (at >= meet.first) & (at <= meet.last))
+    return each * part, inside
 
 
 def over_angles(meet: Contact, width: Array, line: Line, angles: Array) -> Array:
