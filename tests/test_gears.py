@@ -246,8 +246,8 @@ def test_a_free_pair_keeps_its_momenta():
 
 
 def lin_and_parker(planets):
-    """Natural frequencies, Hz, of their planetary gear by their stretches of the springs: coordinates x, y and
-    u = r phi of carrier, ring, sun, and along each planet's radius, across it and u, all in m."""
+    """Natural frequencies, Hz, of their planetary gear by the stretches of its springs: coordinates x, y,
+    u = r phi of carrier, ring and sun, and along each planet's radius, across it and u, all in m."""
     n, alpha = 9 + 3 * planets, np.deg2rad(24.6)
     M, K = np.tile([0.66, 0.66, 0.61], 3 + planets), np.zeros((n, n))
     M[:9] = [5.43, 5.43, 6.29, 2.35, 2.35, 3.0, 0.4, 0.4, 0.39]
