@@ -62,12 +62,13 @@ gc.set_threshold(200_000, 20, 20)
 
 # Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
-condensation uncertainty
+condensation uncertainty periodic assess_parts
 identify more_configs contact identify_cli torsion standards assess gradients sweep_stores sweep
 torsional_standards short_circuit rk4_rig linear_numbers torsional_command
 configs shafts_with_mass linear run_error critical bearings control identify_experiments order_tracked ross
 governed_config information design_experiments oil_film_config jumps measures reference optimize shaft_defects
-optimize_cli sweep_cli critical_speed_design fitted
+optimize_cli sweep_cli critical_speed_design fitted magnetic_bearings coefficients shaft_loads periodic_shafts
+tilting_pads pads labyrinth seals batch_last
 energy couplings gears tracing report norms regulators diagnose notebooks pages
 """.split()
 

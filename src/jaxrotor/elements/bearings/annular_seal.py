@@ -33,8 +33,9 @@ from .bulk_flow import (
     short_coefficients,
     short_flow,
 )
-from .seal_curve import SealCurve, in_six, seal_curve, seal_forces, seal_inertia, square, wide_gap
-from .support import SpeedDependentSupport
+from .gap_faults import wide_gap
+from .seal_curve import SealCurve, seal_curve, seal_forces, seal_inertia, square
+from .support import SpeedDependentSupport, in_six
 
 # Reynolds number (2 V clearance/nu) below which a flow is not taken for turbulent; and one never reached.
 _TURBULENT, _ANY = 2000.0, 1e9
@@ -122,7 +123,7 @@ class AnnularSeal(AbstractAttachment, Prepared, Tabulated, Inertial, Signalling)
     )
 
     def faults(self) -> Iterator[str]:
-        yield from wide_gap(self.clearance, self.diameter)
+        yield from wide_gap(self.clearance, self.diameter, 0.05)
         if float(self.exit_recovery) > 1:
             yield f"exit_recovery must be at most 1, but is {float(self.exit_recovery):g}"
         for name in ("friction", "rotor_friction"):

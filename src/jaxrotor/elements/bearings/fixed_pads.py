@@ -12,7 +12,7 @@ from .pad_bearing import AbstractPadBearing, point_of
 from .pad_faults import even
 from .pad_point import PadPoint, pad_point
 from .pads import Slopes, balanced, looked_at
-from .support import SpeedDependentSupport
+from .support import SpeedDependentSupport, in_six
 
 _HALVES = (-1.5707963267948966, 1.5707963267948966)
 _ARC = 2.792526803190927  # 160 degrees
@@ -97,8 +97,7 @@ class FixedPadBearing(AbstractPadBearing):
             return point.stiffness, point.damping, missed
 
         K, C, missed = jax.lax.map(row, self.speeds)
-        wide = ((0, 0), (0, 4), (0, 4))
-        return SpeedDependentSupport(self.speeds, jnp.pad(K, wide), jnp.pad(C, wide)), missed
+        return SpeedDependentSupport(self.speeds, in_six(K), in_six(C)), missed
 
     def support(self, speeds: Float[Array, " n"] | Any = None) -> SpeedDependentSupport:
         """A support with these coefficients at its `speeds`, or others, rad/s. Differentiable.

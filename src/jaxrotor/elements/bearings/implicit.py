@@ -18,7 +18,9 @@ def root(
             0, steps, lambda _, x: x - jnp.linalg.solve(jax.jacfwd(f)(x), f(x)), x
         )
 
-    def linear(g: Callable[[Array], Array], y: Array) -> Array:
-        return jnp.linalg.solve(jax.jacfwd(g)(y), y)
+    return jax.lax.custom_root(left, start, solved, tangent)
 
-    return jax.lax.custom_root(left, start, solved, linear)
+
+def tangent(linear: Callable[[Array], Array], y: Array) -> Array:
+    """Of the implicit function: where the linear map gives y."""
+    return jnp.linalg.solve(jax.jacfwd(linear)(y), y)

@@ -16,6 +16,7 @@ from ...core.protocol import AbstractAttachment, Energetic, Motion, NonSmooth, S
 from ...core.result_text import shows
 from ..laws.centres import pushed, relative
 from .film import LENGTHS, finite_film, short_film
+from .gap_faults import wide_gap
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
@@ -58,11 +59,7 @@ class AbstractFilm(AbstractAttachment, Energetic, Signalling, NonSmooth):
             )
         if self.theory == "finite" and self.film == "full":
             yield 'film must be "cavitated" for the finite theory: take theory="short" for a full film'
-        if float(self.clearance) >= 0.1 * float(self.diameter):
-            yield (
-                f"clearance must be far smaller than the diameter (it is the radial one), but is "
-                f"{float(self.clearance):g} m of {float(self.diameter):g} m"
-            )
+        yield from wide_gap(self.clearance, self.diameter, 0.1)
 
     def _scale(self) -> Array:
         return 0.5 * self.viscosity * self.diameter * (self.length / self.clearance) ** 3

@@ -17,9 +17,10 @@ from ...core.protocol import AbstractAttachment, Motion, Prepared, Signalling, V
 from ...core.quick import quickly_compiled
 from ...core.result_text import shows
 from .bulk_flow import Coefficients
+from .gap_faults import wide_gap
 from .labyrinth_flow import Chambers, Labyrinth, chambers, gas_coefficients, swirl, vermes
-from .seal_curve import SealCurve, in_six, seal_curve, seal_forces, square, wide_gap
-from .support import SpeedDependentSupport
+from .seal_curve import SealCurve, seal_curve, seal_forces, square
+from .support import SpeedDependentSupport, in_six
 from .whirl_dependent import WhirlDependentSupport
 
 _ROWS = numbers("rad/s", least=0.0, fewest=2, rising=True)
@@ -99,7 +100,7 @@ class LabyrinthSeal(AbstractAttachment, Prepared, Signalling):
     signals: ClassVar[dict[str, str]] = {"leakage": "kg/s"}
 
     def faults(self) -> Iterator[str]:
-        yield from wide_gap(self.clearance, self.diameter)
+        yield from wide_gap(self.clearance, self.diameter, 0.05)
         if float(self.inlet_pressure) <= float(self.outlet_pressure):
             yield (
                 f"inlet_pressure must be above outlet_pressure, but is {float(self.inlet_pressure):g} Pa "

@@ -21,7 +21,7 @@ from .pad_point import PadPoint
 from .pads import Flow, Pads
 
 # Of the load, what may be missed before an equilibrium counts as not found.
-_MISSED = 1e-6
+MISSED = 1e-6
 
 
 class AbstractPadBearing(AbstractAttachment, Prepared, Tabulated):
@@ -125,7 +125,7 @@ class AbstractPadBearing(AbstractAttachment, Prepared, Tabulated):
 
     def _borne(self, missed: Array, speed: Array) -> None:
         number = known(missed)
-        if number is not None and not number < _MISSED:
+        if number is not None and not number < MISSED:
             raise InputError(
                 f"load must be one that the pads bear, but no equilibrium is found at a speed of "
                 f"{float(speed):g} rad/s: a smaller load, a higher speed, or pads where the load points"
@@ -147,7 +147,7 @@ class AbstractPadBearing(AbstractAttachment, Prepared, Tabulated):
 def point_of(bearing: AbstractPadBearing, load: Array, speed: Array) -> tuple[PadPoint, Array]:
     """NaN where no equilibrium is found."""
     point, missed = bearing.found_at(load, speed)
-    met = missed < _MISSED
+    met = missed < MISSED
     return jax.tree.map(lambda x: jnp.where(met, x, jnp.nan), point), missed
 
 

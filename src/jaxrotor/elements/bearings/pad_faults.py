@@ -7,6 +7,7 @@ import numpy as np
 
 from ...core.arguments import whole
 from ...core.errors import InputError
+from .gap_faults import wide_gap
 
 # Intervals that a grid may have.
 _MOST = 1024
@@ -24,11 +25,7 @@ def even(value: Any, place: str) -> int:
 
 def pad_faults(bearing: Any) -> Iterator[str]:
     """Of `FixedPadBearing` and the like, whose parameters are known."""
-    if float(bearing.clearance) >= 0.1 * float(bearing.diameter):
-        yield (
-            f"clearance must be far smaller than the diameter (it is the radial one), but is "
-            f"{float(bearing.clearance):g} m of {float(bearing.diameter):g} m"
-        )
+    yield from wide_gap(bearing.clearance, bearing.diameter, 0.1)
     if not np.any(bearing.load):
         yield "load must not be zero: about it the bearing is linear"
     if len(bearing.speeds) < 2 or not np.all(np.diff(bearing.speeds) > 0):

@@ -12,9 +12,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from .masked_solve import Factors
+from .implicit import tangent
 from .pad_film import outward, rows
-from .pads import Grid, Known, Pads, Place, centres, crossed, known_at, pad_forces
+from .pads import Grid, Known, Pads, Place, centres, crossed, known_at, pad_forces, unknown
 
 # Of the load: what the equilibrium may be off by; below which a pad is unloaded. Steps of Newton's method.
 _MET, _UNLOADED, _STEPS = 1e-11, 1e-7, 80
@@ -123,14 +123,12 @@ def _nearest(pads: Pads, load: Array, spin: Array, grid: Grid) -> tuple[Array, _
         met = missed <= _MET
         return jnp.where(met, e, e + jnp.minimum(part, 1.0) * move), at, missed, k + 1
 
-    count, (around, length) = pads.arc.shape[0], grid
-    size_of = (count, around - 1, length)
-    nothing = Factors(*(jnp.zeros(s) for s in ((*size_of, length), size_of, size_of)))
+    count = pads.arc.shape[0]
     start = _At(
         0.3 * jnp.sign(spin) * jnp.ones(count),
         jnp.zeros((count, 2)),
         jnp.zeros((count, 2, 2)),
-        (jnp.ones(size_of, bool), nothing),
+        unknown(pads, grid),
     )
     carried = 0.3 * pads.unit * load / size, start, jnp.array(jnp.inf), 0
     return jax.lax.while_loop(lambda c: (c[2] > _MET) & (c[3] < _STEPS), step, carried)[:3]
@@ -155,9 +153,6 @@ def tilted(pads: Pads, load: Array, spin: Array, grid: Grid) -> Tilted:
         turning = jnp.sum(f * across, axis=1) / size
         turning = jnp.where(loaded, turning, x[2:] - tilts)
         return jnp.concatenate([(jnp.sum(f, axis=0) + load) / size, turning])
-
-    def tangent(linear, y):
-        return jnp.linalg.solve(jax.jacfwd(linear)(jnp.zeros_like(y)), y)
 
     x = jnp.concatenate([e / still[0].unit, tilts])
     x = jax.lax.custom_root(missing, x, lambda _, x: x, tangent)

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from .implicit import tangent
 from .masked_solve import Factors
 from .pad_film import Film, Pad, film, force, heights, leakage, outward, shear, whole
 
@@ -76,6 +77,13 @@ def local(pads: Pads, centre: Array, rate: Array, spin: Array) -> tuple[Array, A
     return eps, _turned(rate - 0.5 * spin * crossed(centre), -pads.middle)
 
 
+def unknown(pads: Pads, grid: Grid) -> Known:
+    """Before any film was looked at: whole everywhere."""
+    count, (n, m) = pads.arc.shape[0], (grid[0] - 1, grid[1])
+    nothing = Factors(*(jnp.zeros((count, n, *k)) for k in ((m, m), (m,), (m,))))
+    return jnp.ones((count, n, m), bool), nothing
+
+
 def known_at(
     pads: Pads, place: Place, spin: Array, grid: Grid, first: Bool[Array, "p n m"]
 ) -> Known:
@@ -123,9 +131,6 @@ def balanced(pads: Pads, load: Array, spin: Array, grid: Grid) -> Balance:
     start = 0.2 * (towards + jnp.sign(spin) * crossed(towards))
     x, known, missed = _found(*jax.lax.stop_gradient((pads, load, spin)), grid, start)
 
-    def tangent(linear, y):
-        return jnp.linalg.solve(jax.jacfwd(linear)(jnp.zeros_like(y)), y)
-
     x = jax.lax.custom_root(
         lambda x: _missing(pads, x, load, spin, grid, known), x, lambda _, x: x, tangent
     )
@@ -158,9 +163,7 @@ def _found(pads: Pads, load: Array, spin: Array, grid: Grid, start: Array):
         met = missed <= _MET
         return jnp.where(met, x, x + jnp.minimum(most, 1.0) * move), known, missed, k + 1
 
-    count, (n, m) = pads.arc.shape[0], (grid[0] - 1, grid[1])
-    nothing = Factors(*(jnp.zeros((count, n, *k)) for k in ((m, m), (m,), (m,))))
-    known = jnp.ones((count, n, m), bool), nothing
+    known = unknown(pads, grid)
     x, known, missed, _ = jax.lax.while_loop(
         lambda c: (c[2] > _MET) & (c[3] < _STEPS), step, (start, known, jnp.array(jnp.inf), 0)
     )

@@ -1,7 +1,7 @@
 """What seals of liquid and of gas share: the force of their coefficients, and what stands for them within a
 solve: the coefficients as curves over the speed, made once."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ...core.protocol import AbstractAttachment, Inertial, Motion, Vec6
 from .bulk_flow import Coefficients
+from .support import in_six
 
 # Rows for speeds above zero and their distance, in asinh(speed/scale): up to 11000 times the scale, with
 # cubics between that are off by some millionths.
@@ -75,17 +76,3 @@ def seal_inertia(found: Coefficients) -> Float[Array, "6 6"] | None:
 
 def square(direct: Array, cross: Array) -> Float[Array, "2 2"]:
     return jnp.stack([jnp.stack([direct, cross]), jnp.stack([-cross, direct])])
-
-
-def in_six(pairs: Float[Array, "*n 2 2"]) -> Float[Array, "*n 6 6"]:
-    """What acts in x and y among all six coordinates."""
-    return jnp.pad(pairs, ((0, 0),) * (pairs.ndim - 2) + ((0, 4),) * 2)
-
-
-def wide_gap(clearance: Array, diameter: Array) -> Iterator[str]:
-    """The fault of a gap for which the flow is not thin."""
-    if float(clearance) >= 0.05 * float(diameter):
-        yield (
-            f"clearance must be far smaller than the diameter (it is the radial one), but is "
-            f"{float(clearance):g} m of {float(diameter):g} m"
-        )

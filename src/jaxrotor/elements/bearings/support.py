@@ -191,3 +191,8 @@ class SpeedDependentSupport(AbstractAttachment, Tabulated, Inertial):
 
 def _matrix(given: Array) -> Array:
     return jnp.diag(given) if given.ndim == 1 else given
+
+
+def in_six(pairs: Float[Array, "*n 2 2"]) -> Float[Array, "*n 6 6"]:
+    """What acts in x and y among all six coordinates."""
+    return jnp.pad(pairs, ((0, 0),) * (pairs.ndim - 2) + ((0, 4),) * 2)

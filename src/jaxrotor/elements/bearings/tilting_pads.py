@@ -8,12 +8,12 @@ from jaxtyping import Array, Bool, Float
 
 from ...core.parameter import parameter
 from ...core.part import option
-from .pad_bearing import AbstractPadBearing
+from .pad_bearing import MISSED, AbstractPadBearing
 from .pad_faults import even
 from .pad_point import PadPoint, pad_point
 from .pad_tilts import tilted
 from .pads import Flow, Pads, Place, Slopes, looked_at
-from .support import SpeedDependentSupport
+from .support import SpeedDependentSupport, in_six
 from .whirl_dependent import WhirlDependentSupport
 
 
@@ -97,11 +97,10 @@ class TiltingPadBearing(AbstractPadBearing):
             _, _, slopes, loaded, _, missed = self._found(self.load, speed)
             inertia = self.pad_inertia
             each = jax.vmap(lambda w: condensed(slopes, loaded, inertia, w))(self.frequencies)
-            return *(jnp.where(missed < 1e-6, x, jnp.nan) for x in each), missed
+            return *(jnp.where(missed < MISSED, x, jnp.nan) for x in each), missed
 
         K, C, missed = jax.lax.map(row, self.speeds)
-        wide = ((0, 0), (0, 0), (0, 4), (0, 4))
-        tables = jnp.pad(K, wide), jnp.pad(C, wide)
+        tables = in_six(K), in_six(C)
         support = WhirlDependentSupport(self.speeds, self.frequencies, *tables, None, self.whirl)
         return support, missed
 
@@ -128,9 +127,8 @@ class TiltingPadBearing(AbstractPadBearing):
         Raises `InputError` for parameters that a machine refuses too, and where no equilibrium is found.
         """
         points = [self.working_point(speed) for speed in self.speeds]
-        wide = ((0, 0), (0, 4), (0, 4))
         K, C = (
-            jnp.pad(jnp.stack([getattr(p, name) for p in points]), wide)
+            in_six(jnp.stack([getattr(p, name) for p in points]))
             for name in ("stiffness", "damping")
         )
         return SpeedDependentSupport(self.speeds, K, C)
