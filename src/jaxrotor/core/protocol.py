@@ -216,6 +216,15 @@ class Geared(AbstractElement):
         """Speed of the second station over that of the first."""
 
 
+class Epicyclic(Geared):
+    """Three stations on one axis of which two speeds make the third. Its `ratio` is that of the first two
+    where the third stands still."""
+
+    @abc.abstractmethod
+    def balance(self) -> Float[Array, "3"]:
+        """What the speeds of its stations are multiplied by so that the sum is nothing (Willis)."""
+
+
 class Prepared(AbstractElement):
     """Has work to do once a solve, before any step: a flow to be found, curves to be drawn."""
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.protocol import AbstractConnector, Geared
+from ..core.protocol import AbstractConnector, Epicyclic, Geared
 from .layout import Layout
 
 
@@ -24,14 +24,21 @@ def turning(layout: Layout, joined) -> Float[Array, " n"] | None:
     """Ratio of each node's speed to the reference's (then driven ends, then followers); `None` where all are
     one.
 
-    Found by walking from the reference through shafts and gears; around a ring of gears any way.
+    Found by walking from the reference through shafts and gears; around a ring of gears any way. Through
+    planetary gears once two of three are known; of what nothing tells, what is held stands still, else the ring.
     """
     if not any(isinstance(element, Geared) for element, _ in joined):
         return None
     n = layout.n_nodes + layout.n_ground + layout.n_followers
     owner = [*layout.node_station, *range(layout.n_nodes, n)]
     edges: dict[int, list[tuple[int, Array | None, bool]]] = {}
+    sets: list[tuple[Array, tuple[int, ...]]] = []
     for element, nodes in joined:
+        if isinstance(element, Epicyclic):
+            weights = jax.vmap(lambda e: e.balance(), in_axes=-1, out_axes=-1)(element)
+            sets += [
+                (weights[:, k], tuple(owner[a] for a in ends)) for k, ends in enumerate(zip(*nodes))
+            ]
         if not isinstance(element, AbstractConnector):
             continue
         ratios = None
@@ -51,5 +58,38 @@ def turning(layout: Layout, joined) -> Float[Array, " n"] | None:
                 step = 1.0 if ratio is None else 1.0 / ratio if backwards else ratio
                 found[there] = found[here] * step
                 queue.append(there)
+        if not queue:
+            queue = _through(sets, found, _still(layout))
     one = jnp.ones(())
     return jnp.stack([found.get(owner[k], one) for k in range(n)])[np.arange(n)]
+
+
+def _still(layout: Layout) -> set[int]:
+    """Nodes that are held from turning."""
+    return {
+        group.start + m
+        for group in layout.stations
+        for m, motions in enumerate(group.motions)
+        for c, motion in zip(group.held, motions)
+        if c == 5 and motion < 0
+    }
+
+
+def _through(
+    sets: list[tuple[Array, tuple[int, ...]]], found: dict[int, Array], still: set[int]
+) -> list[int]:
+    """One more node whose ratio a planetary gear tells, now in `found`."""
+    for weights, places in sets:
+        unknown = [k for k in range(3) if places[k] not in found]
+        if len(unknown) == 1:
+            (k,) = unknown
+            others = sum(weights[i] * found[places[i]] for i in range(3) if i != k)
+            found[places[k]] = -others / weights[k]
+            return [places[k]]
+    for _, places in sets:
+        unknown = [place for place in places if place not in found]
+        if len(unknown) == 2:
+            place = next((p for p in unknown if p in still), unknown[-1])
+            found[place] = jnp.zeros(())
+            return [place]
+    return []

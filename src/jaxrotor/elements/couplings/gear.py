@@ -4,9 +4,7 @@ from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...core.parameter import parameter
@@ -22,6 +20,7 @@ from ...core.protocol import (
     Vec6,
 )
 from ..laws.law import AbstractLaw
+from .tooth_mesh import wave_faults, waves
 
 
 class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Signalling):
@@ -79,30 +78,7 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
             value = float(getattr(self, name))
             if not abs(value) < 1.5:
                 yield f"{name} must be below a right angle, but is {value:g} rad: give it in rad"
-        for of in ("error", "stiffness"):
-            sizes = [getattr(self, f"{of}_{name}").shape[0] for name in ("amplitudes", "phases")]
-            if sizes[0] != sizes[1]:
-                yield (
-                    f"{of}_amplitudes and {of}_phases must be equally long, but have "
-                    f"{sizes[0]} and {sizes[1]} entries"
-                )
-                return
-        least = self._least_share()
-        if not least > 0:
-            yield (
-                f"stiffness_amplitudes must leave the teeth some stiffness, but it falls to {least:g} of its "
-                "mean: make them smaller"
-            )
-
-    def _least_share(self) -> float:
-        """The least stiffness over the engagement, of its mean."""
-        amplitudes, phases = (
-            np.asarray(self.stiffness_amplitudes),
-            np.asarray(self.stiffness_phases),
-        )
-        k = np.arange(1, amplitudes.shape[0] + 1)
-        angles = np.linspace(0, 2 * np.pi, 16 * k.size + 16)[:, None]
-        return float(np.min(1 + np.cos(angles * k + phases) @ amplitudes))
+        yield from wave_faults(self)
 
     def ratio(self) -> Float[Array, ""]:
         return -self.radii[0] / self.radii[1]
@@ -117,33 +93,30 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
         arm_a, arm_b = jnp.cross(self.radii[0] * out, n), jnp.cross(-self.radii[1] * out, n)
         return jnp.concatenate([n, arm_a, -n, -arm_b])
 
-    def _error(self, phi: Array) -> Array:
-        return self._harmonics(self.error_amplitudes, self.error_phases, phi)
+    def _error(self, phi: Array) -> tuple[Array, Array]:
+        """And its slope, m/rad."""
+        error, slope = waves(self.error_amplitudes, self.error_phases, self.teeth * phi)
+        return error, self.teeth * slope
 
-    def _share(self, phi: Array) -> Array:
-        """What the teeth answer there, of the mean."""
-        return 1 + self._harmonics(self.stiffness_amplitudes, self.stiffness_phases, phi)
-
-    def _harmonics(self, amplitudes: Array, phases: Array, phi: Array) -> Array:
-        k = jnp.arange(1, amplitudes.shape[0] + 1)
-        return jnp.sum(amplitudes * jnp.cos(k * self.teeth * phi + phases))
+    def _share(self, phi: Array) -> tuple[Array, Array]:
+        """What the teeth answer there, of the mean, and its slope, 1/rad."""
+        share, slope = waves(self.stiffness_amplitudes, self.stiffness_phases, self.teeth * phi)
+        return 1 + share, self.teeth * slope
 
     def deflection(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """delta, m: positive where the driving flanks press."""
-        (qa, _), (qb, _) = motions
-        return self._pressed(qa, qb)
-
-    def _pressed(self, qa: Vec6, qb: Vec6) -> Array:
-        return self._direction() @ jnp.concatenate([qa, qb]) - self._error(qa[5])
+        return self._stretch(motions)[0]
 
     def _stretch(self, motions: tuple[Motion, ...]) -> tuple[Array, Array]:
         (qa, va), (qb, vb) = motions
-        return jax.jvp(self._pressed, (qa, qb), (va, vb))
+        n, (error, slope) = self._direction(), self._error(qa[5])
+        pressed, rate = (n @ jnp.concatenate(pair) for pair in ((qa, qb), (va, vb)))
+        return pressed - error, rate - slope * va[5]
 
     def tooth_force(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """Along the line of action, N: positive where gear a drives with +phi."""
         force = self.mesh.force(t, *self._stretch(motions), state)
-        return force * self._share(motions[0][0][5])
+        return force * self._share(motions[0][0][5])[0]
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
@@ -152,10 +125,10 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
         on = -force * self._direction()
         phi = motions[0][0][5]
         if self.error_amplitudes.shape[0]:  # the error turns with phi_a, so it acts back on it
-            on = on.at[5].add(force * jax.grad(self._error)(phi))
+            on = on.at[5].add(force * self._error(phi)[1])
         if self.stiffness_amplitudes.shape[0]:  # and so does the stiffness
             stored = self.mesh.energy(t, self._stretch(motions)[0], state)
-            on = on.at[5].add(-stored * jax.grad(self._share)(phi))
+            on = on.at[5].add(-stored * self._share(phi)[1])
         return on[:6], on[6:]
 
     def initial(self) -> Array:
@@ -175,11 +148,11 @@ class GearMesh(AbstractElastic, Geared, Energetic, Stateful, Timed, Nominal, Sig
 
     def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         stored = self.mesh.energy(t, self._stretch(motions)[0], state)
-        return stored * self._share(motions[0][0][5])
+        return stored * self._share(motions[0][0][5])[0]
 
     def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         lost = self.mesh.power_lost(t, *self._stretch(motions), state)
-        return lost * self._share(motions[0][0][5])
+        return lost * self._share(motions[0][0][5])[0]
 
     def nominal(self) -> "GearMesh":
         """Without transmission error, and of the mean stiffness."""
