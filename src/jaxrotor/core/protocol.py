@@ -40,6 +40,8 @@ class AbstractInertia(AbstractStation):
 
     # True where the equations are linear in the angles: they are then given chi, as force laws are.
     small_tilts: ClassVar[bool] = False
+    # True where nothing but phi moves: the machine holds the rest.
+    turns_only: ClassVar[bool] = False
     # True where `weight` only adds gravity to x'', y'' and z'', as to a rigid body, wherever its mass
     # centre is: it is then added to these.
     falls_freely: ClassVar[bool] = False
@@ -209,7 +211,7 @@ class Carried(AbstractStation):
 
 
 class Geared(AbstractElement):
-    """Joins two lines that turn at different speeds."""
+    """Joins two lines that turn at different speeds; as a station, two of its ports do."""
 
     @abc.abstractmethod
     def ratio(self) -> Float[Array, ""]:
@@ -318,6 +320,10 @@ class Ported(AbstractStation):
 
     # Names of the ports that may be wired to, beside the centre itself.
     ports: eqx.AbstractClassVar[tuple[str, ...]]
+
+    def turns(self, port: str) -> Float[Array, ""]:
+        """How many times as fast as the station `port` turns, where gears stand between: as `shift` says."""
+        return jnp.ones(())
 
     @abc.abstractmethod
     def shift(self, port: str, q: Vec6) -> Vec6 | None:

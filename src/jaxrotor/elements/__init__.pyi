@@ -76,6 +76,7 @@ from .couplings.iso_stiffness import IsoStiffness as IsoStiffness
 from .couplings.joint import UniversalJoint as UniversalJoint
 from .couplings.matrix import ElasticMatrix as ElasticMatrix, DampingMatrix as DampingMatrix
 from .couplings.planetary import PlanetaryGear as PlanetaryGear
+from .couplings.rigid_gears import RigidGears as RigidGears
 from .couplings.tooth_mesh import ToothMesh as ToothMesh
 from .couplings.torsional_damper import TorsionalDamper as TorsionalDamper
 from .drives.engine import EngineTorque as EngineTorque

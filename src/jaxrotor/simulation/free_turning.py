@@ -1,6 +1,6 @@
 """Which turnings about the axis nothing resists: the common one of each free line."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -9,6 +9,7 @@ from jaxtyping import Array
 
 from ..machine.field import initial_states
 from ..machine.picked import block
+from ..machine.speed_ratios import port_turns
 from ..machine.system import Actor, System
 
 # What resists a turning by less than this part of what the stiffest shaft would resists nothing.
@@ -44,9 +45,13 @@ def turning_at_rest(system: System) -> Turning | None:
     slopes = [-system.whole.reshape(6, n, 2, 6, n)[5, :, 0, 5], jnp.zeros((n, n))]
     for actor in system.actors:
         slopes = [x + more for x, more in zip(slopes, _resistance(actor, system, n))]
-    # ports turn with their stations
-    owner = np.zeros((n, layout.n_mass))
+    # ports turn with their stations, those behind gears so many times
+    owner: Any = np.zeros((n, layout.n_mass))
     owner[np.arange(layout.n_nodes), np.array(layout.node_station, int)] = 1.0
+    for node, turns in port_turns(layout, system.stations).items():
+        own = np.zeros_like(owner)
+        own[node] = owner[node]
+        owner = jax.lax.stop_gradient(owner + own * (turns - 1))
     at = free[turning] % layout.n_mass
     near, far = (block(jax.lax.stop_gradient(owner.T @ x @ owner), at, at) for x in slopes)
     S = 0.5 * (near + near.T + far + far.T)
