@@ -64,6 +64,11 @@ def joint(element):
     return line(section=element)
 
 
+def planets(element):
+    parts = {name: jr.Rotor(6.0, 0.0187, 0.0102) for name in ("sun", "carrier", "ring")}
+    return jr.Machine(parts | {"planets": element}, {"planets": ("sun", "carrier", "ring")})
+
+
 def law(x):
     return attached(jr.LawSupport(x=x))
 
@@ -110,6 +115,7 @@ MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 
 # Seals' arguments.
 LIQUID = (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)
 GAS = (0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5)
+TEETH = jr.elements.ToothMesh(jr.elements.KelvinVoigt(1e8))
 GEARS = jr.elements.GearPair((20, 40), 0.01, 0.05)
 PARTS: dict[str, tuple] = {
     "Rotor": (station, (6.0, 0.0187, 0.0102)),
@@ -123,6 +129,8 @@ PARTS: dict[str, tuple] = {
     "UniversalJoint": (joint, (100.0,)),
     "GearMesh": (joint, ((0.1, 0.2), jr.elements.KelvinVoigt(1e8))),
     "InvoluteMesh": (joint, (GEARS, 1e3)),
+    "PlanetaryGear": (planets, ((24, 36, 96), 0.03, 1e-3, TEETH, TEETH)),
+    "RigidGears": (station, ((0.1, 0.2), (1.0, 2.0))),
     "AddedInertia": (attached, (0.1,)),
     "Brake": (attached, (1.0,)),
     "DCMotor": (attached, (1.0, 1e-3, 0.1, 12.0)),

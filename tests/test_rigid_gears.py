@@ -83,7 +83,7 @@ def test_shafts_and_speeds():
 
 
 def driven(n, geared, shaft=None):
-    """Drive, gears, shaft and fan in a line; not `geared`: one shaft, what is behind seen through the gears."""
+    """Drive, gears, shaft and fan in a line; not `geared`: one shaft, all seen through the gears."""
     square = 1.0 if geared else n**2
     both = 0.02 + n**2 * 0.01
     return jr.Machine.in_line(

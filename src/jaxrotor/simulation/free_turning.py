@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..core.protocol import Nominal
 from ..machine.field import initial_states
 from ..machine.picked import block
 from ..machine.speed_ratios import port_turns
@@ -73,12 +74,17 @@ def _resistance(actor: Actor, system: System, n: int) -> tuple[Array, Array]:
     state = initial_states(system)[slice(*actor.states)].reshape(-1, count)
     states = state if state.size else None
     still = jnp.zeros((ends, count))
+    element = actor.element
+    if isinstance(
+        element, Nominal
+    ):  # what goes with the shaft's angle, as teeth's errors do, holds nothing
+        element = jax.vmap(lambda e: e.nominal(), in_axes=-1, out_axes=-1)(element)
 
     def torques(angles):  # (ends, members)
         at = jnp.zeros((6, count))
         motions = tuple((at.at[5].set(angles[k]), at) for k in range(ends))
         found = jax.vmap(lambda e, m, s: e.forces(jnp.zeros(()), m, s), in_axes=-1, out_axes=-1)(
-            actor.element, motions, states
+            element, motions, states
         )
         return jnp.stack([force[5] for force in found])
 

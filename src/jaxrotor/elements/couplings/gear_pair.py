@@ -32,7 +32,9 @@ class GearPair(Part):
     - `profile_shifts`, `addenda`, `dedenda` of the teeth, `corners` (tip radius of the rack that cuts them):
       in modules. Tips are at `(teeth/(2 cos helix) + addendum + shift) module`.
     - `centre_distance`: m; `None` is the one without play.
-    - `bores`: diameters, m, of gears that are rings; `None`: the bodies are taken for half-planes.
+    - `bores`: diameters, m, of gears that are rings; `None`: the bodies are taken for half-planes. With
+      bores meshes come out a third softer and more (62 teeth of 2 mm: 3.5e8 in place of 5.3e8 N/m, ISO 6336
+      has 4.6e8 for solid gears); which is nearer to gears as built was not held against a measurement.
     - `youngs_modulus`, Pa; `poissons_ratio`.
     - `tip_reliefs`: what is taken off the flanks at the tips of gears a and b, m, along their normal; it
       grows evenly over the last `relief_lengths`, m along the line of action. `None`: no relief.

@@ -31,26 +31,27 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
     """Planets that turn on a carrier, in mesh with a sun and a ring with teeth inside: torsion alone.
 
     It joins three stations, given as (sun, carrier, ring), whose axis is the same; hold what stands still
-    (the ring as a rule) by `fixed`, its `reaction` is then what the housing bears. Each planet turns by
-    itself, on a pin that is rigid: n planets add n degrees of freedom. Exact for any turning; it neither moves
-    its stations across the axis nor answers to that.
+    (the ring as a rule) by `fixed`, its `reaction` is then what the housing bears. Each planet turns by itself, on
+    a pin that is rigid: n planets add n degrees of freedom. Exact for any turning; it neither moves its
+    stations across the axis nor answers to that.
 
     **Arguments:**
 
     - `teeth`: of sun, planet and ring. `sun_radius`: of the sun's base circle, m; the others' follow by the
-      teeth. `planet_inertia`: of one planet about its pin, kg·m²; the planets' masses count in the inertia of
-      the carrier, n m r² with r the pins' circle.
+      teeth. `planet_inertia`: of one planet about its pin, kg·m²; the planets' masses count in the inertia
+      of the carrier, n m r² with r the pins' circle.
     - `sun_mesh`, `ring_mesh`: what the teeth answer. Mesh angles are `z_s (phi_s - phi_c - p)` and
       `z_r (phi_r - phi_c - p)` of a planet at p: so the planets' meshes are phased by their positions, and
       the ring's against the sun's by the phases given.
-    - `positions`: of the planets on the carrier, rad. Teeth must fit: `(z_s + z_r)` times what two planets lie
-      apart must be whole turns.
+    - `positions`: of the planets on the carrier, rad. Teeth must fit: `(z_s + z_r)` times what two planets
+      lie apart must be whole turns.
 
     Teeth answer to `delta_s = r_s phi_s + r_p phi_p - (r_s + r_p) phi_c - e` and
-    `delta_r = r_r phi_r - r_p phi_p - (r_r - r_p) phi_c - e`, r the base radii, and press where a sun that leads
-    with +phi drives the carrier. The internal states are, of each planet, the first one without its error and
-    its rate; then those of the laws. Energy and torques as of `GearMesh`, of each mesh. Signals: the forces
-    of each planet's teeth, and how the planets turn.
+    `delta_r = r_r phi_r - r_p phi_p - (r_r - r_p) phi_c - e`, r the base radii, and press where a sun that
+    leads with +phi drives the carrier. The internal states are, of each planet, the first of these without
+    its error and its rate; then those of the laws. Energy and torques as of `GearMesh`, of each mesh. Signals:
+    the forces of each planet's teeth, and how fast the planets turn. Teeth whose stiffness varies much and
+    rings fast may need a `step` shorter than `plan` finds from still gears.
 
     Source: Kahraman, J. Sound Vib. 173 (1994) 125 (the torsional model); Parker & Lin, Mech. Mach. Theory 39
     (2004) 1125 (phasing).
@@ -89,8 +90,8 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
             k = int(off.argmax())
             nearest = at[0] + 2 * np.pi * np.round(turns[k]) / (sun + ring)
             yield (
-                f"positions must be where the teeth fit, but planet {k} at {at[k]:.6g} rad is not: the nearest "
-                f"place is {nearest:.6g} rad"
+                f"positions must be where the teeth fit, but planet {k} at {at[k]:.6g} rad is not: the "
+                f"nearest place is {nearest:.6g} rad"
             )
 
     def ratio(self) -> Float[Array, ""]:

@@ -15,8 +15,8 @@ class RigidGears(AbstractInertia, Ended, Geared):
 
     The station turns as gear a does; port `"name.b"` is gear b, which turns `-r_a/r_b` times as fast. In
     `Machine.in_line` the line goes in at a and out at b. No fast vibration of stiff teeth is left to be
-    resolved, and the inertia is that of both seen at a, `J_a + (r_a/r_b)² J_b`. The other five coordinates are
-    held by themselves; moments and forces on these are borne by the housing and show in `reaction`.
+    resolved, and the inertia is that of both seen at a, `J_a + (r_a/r_b)² J_b`. The other five coordinates
+    are held by themselves; moments and forces on these are borne by the housing and show in `reaction`.
     What the teeth carry follows from the balance of either gear.
 
     - `radii`: pitch radii of both, m, or anything in their ratio, teeth; that of a ring with teeth inside
