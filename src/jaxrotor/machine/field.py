@@ -240,7 +240,7 @@ def _evaluate(
 
     # nodes: relative motion for the assembled part, absolute for force laws
     shift, shift_t, pull = ports(q, v, system)
-    if shift is not None and system.turn is not None:
+    if shift is not None and shift_t is not None and system.turn is not None:
         # what a port behind gears turns with the reference is not its station's
         owners = np.array(layout.node_station)
         more = system.turn[:m] - system.turn[owners]

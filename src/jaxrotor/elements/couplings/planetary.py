@@ -1,7 +1,8 @@
 """Planetary gears: sun, carrier and ring, with the planets between them."""
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from functools import partial
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -27,13 +28,23 @@ from .tooth_mesh import ToothMesh
 Angles = Float[Array, "4"]
 
 
+class _Teeth(NamedTuple):
+    """A mesh with all planets: how flanks press and the mesh angle goes by the angles; `each`, (n,): how far
+    flanks press and how fast, mesh angles and their rates, and the law's states."""
+
+    mesh: ToothMesh
+    by: Angles
+    turn: Angles
+    each: tuple[Array, ...]
+
+
 class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, Nominal, Signalling):
     """Planets that turn on a carrier, in mesh with a sun and a ring with teeth inside: torsion alone.
 
     It joins three stations, given as (sun, carrier, ring), whose axis is the same; hold what stands still
-    (the ring as a rule) by `fixed`, its `reaction` is then what the housing bears. Each planet turns by itself, on
-    a pin that is rigid: n planets add n degrees of freedom. Exact for any turning; it neither moves its
-    stations across the axis nor answers to that.
+    (the ring as a rule) by `fixed`, its `reaction` is then what the housing bears. Each planet turns by
+    itself, on a pin that is rigid: n planets add n degrees of freedom. Exact for any turning; it
+    neither moves its stations across the axis nor answers to that.
 
     **Arguments:**
 
@@ -49,9 +60,9 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
     Teeth answer to `delta_s = r_s phi_s + r_p phi_p - (r_s + r_p) phi_c - e` and
     `delta_r = r_r phi_r - r_p phi_p - (r_r - r_p) phi_c - e`, r the base radii, and press where a sun that
     leads with +phi drives the carrier. The internal states are, of each planet, the first of these without
-    its error and its rate; then those of the laws. Energy and torques as of `GearMesh`, of each mesh. Signals:
-    the forces of each planet's teeth, and how fast the planets turn. Teeth whose stiffness varies much and
-    rings fast may need a `step` shorter than `plan` finds from still gears.
+    its error and its rate; then those of the laws. Energy and torques as of `GearMesh`, of each mesh.
+    Signals: the forces of each planet's teeth, and how fast the planets turn. Teeth whose stiffness
+    varies much and rings fast may need a `step` shorter than `plan` finds from still gears.
 
     Source: Kahraman, J. Sound Vib. 173 (1994) 125 (the torsional model); Parker & Lin, Mech. Mach. Theory 39
     (2004) 1125 (phasing).
@@ -125,41 +136,34 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
         q, v = (jnp.stack([m[i][5] for m in motions]) for i in (0, 1))
         return one(q, state[:n]), one(v, state[n : 2 * n])
 
-    def _meshes(self, motions: tuple[Motion, ...], state: Any):
-        """Of each mesh: itself, how it goes by the angles, how far flanks press and how fast, mesh angles and
-        their rates, and the laws' states; (n,) each."""
+    def _meshes(self, motions: tuple[Motion, ...], state: Any) -> Iterator[_Teeth]:
         n = self.positions.shape[0]
         q, v = self._turns(motions, state)
-        (sun, sun_angle), (ring, ring_angle) = self._by()
+        by, turn = zip(*self._by())
         # the ring's without the sun's large angles
-        press = state[:n], q[:, :3] @ (ring + sun)[:3] - state[:n]
-        rates = state[n : 2 * n], v[:, :3] @ (ring + sun)[:3] - state[n : 2 * n]
-        own, first = [], 2 * n
-        for mesh in (self.sun_mesh, self.ring_mesh):
+        both = (by[0] + by[1])[:3]
+        press = state[:n], q[:, :3] @ both - state[:n]
+        rates = state[n : 2 * n], v[:, :3] @ both - state[n : 2 * n]
+        first = 2 * n
+        for k, mesh in enumerate((self.sun_mesh, self.ring_mesh)):
             count = mesh.law.initial().shape[0]
-            own.append(state[first : first + n * count].reshape(n, count))
+            own = state[first : first + n * count].reshape(n, count)
             first += n * count
-        for k, (mesh, by, turn, teeth) in enumerate(
-            (
-                (self.sun_mesh, sun, sun_angle, self.teeth[0]),
-                (self.ring_mesh, ring, ring_angle, self.teeth[2]),
-            )
-        ):
-            angle = q @ turn - teeth * self.positions
-            yield mesh, by, turn, press[k], rates[k], angle, v @ turn, own[k]
+            angle = q @ turn[k] - self.teeth[2 * k] * self.positions
+            yield _Teeth(mesh, by[k], turn[k], (press[k], rates[k], angle, v @ turn[k], own))
 
-    def _pushed(self, t: Array, motions: tuple[Motion, ...], state: Any):
-        """Of each mesh: its teeth's forces, N, what acts on its mesh angles, J, (n,) each, and how these and
-        what presses go by the angles."""
-        for mesh, by, turn, *each in self._meshes(motions, state):
-            force, torque = jax.vmap(lambda *x, m=mesh: m.force_and_torque(t, *x))(*each)
-            yield force, torque, by, turn
+    def _pushed(self, t: Array, motions: tuple[Motion, ...], state: Any) -> list[tuple]:
+        """Of each mesh, and what its teeth do: N, and J on its mesh angle."""
+        return [
+            (teeth, *jax.vmap(partial(teeth.mesh.force_and_torque, t))(*teeth.each))
+            for teeth in self._meshes(motions, state)
+        ]
 
     def _torques(self, t: Array, motions: tuple[Motion, ...], state: Any) -> Float[Array, "n 4"]:
         """On sun, carrier, ring and planet, N·m, by each planet."""
-        (sun, ring) = (
-            torque[:, None] * turn - force[:, None] * by
-            for force, torque, by, turn in self._pushed(t, motions, state)
+        sun, ring = (
+            torque[:, None] * teeth.turn - force[:, None] * teeth.by
+            for teeth, force, torque in self._pushed(t, motions, state)
         )
         return sun + ring
 
@@ -188,12 +192,8 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
         planet = self._torques(t, motions, state)[:, 3] / self.planet_inertia
         press = s * accelerations[0][5] - (s + p) * accelerations[1][5] + p * planet
         laws = [
-            jax.vmap(
-                lambda press, rate, angle, speed, own, m=mesh: m.law.rates(
-                    t, *m.stretch(press, rate, angle, speed), own
-                )
-            )(*each).ravel()
-            for mesh, _, _, *each in self._meshes(motions, state)
+            jax.vmap(partial(teeth.mesh.rates, t))(*teeth.each).ravel()
+            for teeth in self._meshes(motions, state)
         ]
         return jnp.concatenate([state[n : 2 * n], press, *laws])
 
@@ -203,28 +203,16 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
     def energy(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         spins = self._turns(motions, state)[1][:, 3]
         total = 0.5 * self.planet_inertia * jnp.sum(spins**2)
-        for mesh, _, _, *each in self._meshes(motions, state):
-            total = total + jnp.sum(
-                jax.vmap(
-                    lambda press, rate, angle, speed, own, m=mesh: (
-                        m.share(angle)[0] * m.law.energy(t, press - m.error(angle)[0], own)
-                    )
-                )(*each)
-            )
+        for teeth in self._meshes(motions, state):
+            total = total + jnp.sum(jax.vmap(partial(teeth.mesh.energy, t))(*teeth.each))
         return total
 
     def power_lost(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
-        total = jnp.zeros(())
-        for mesh, _, _, *each in self._meshes(motions, state):
-            total = total + jnp.sum(
-                jax.vmap(
-                    lambda press, rate, angle, speed, own, m=mesh: (
-                        m.share(angle)[0]
-                        * m.law.power_lost(t, *m.stretch(press, rate, angle, speed), own)
-                    )
-                )(*each)
-            )
-        return total
+        sun, ring = (
+            jnp.sum(jax.vmap(partial(teeth.mesh.power_lost, t))(*teeth.each))
+            for teeth in self._meshes(motions, state)
+        )
+        return sun + ring
 
     def nominal(self) -> "PlanetaryGear":
         """Without transmission error, and of the mean stiffness."""
@@ -235,13 +223,13 @@ class PlanetaryGear(AbstractAttachment, Epicyclic, Energetic, Stateful, Timed, N
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> Float[Array, " n"]:
         """Along the line of action, N: positive where the sun drives with +phi."""
-        return [force for force, *_ in self._pushed(t, motions, state)][0]
+        return self._pushed(t, motions, state)[0][1]
 
     def ring_tooth_forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
     ) -> Float[Array, " n"]:
         """The same of the ring's teeth, N."""
-        return [force for force, *_ in self._pushed(t, motions, state)][1]
+        return self._pushed(t, motions, state)[1][1]
 
     def planet_speeds(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any

@@ -71,7 +71,9 @@ class ToothMesh(Part):
         share, slope = waves(self.stiffness_amplitudes, self.stiffness_phases, angle)
         return 1 + share, slope
 
-    def stretch(self, pressed: Array, rate: Array, angle: Array, speed: Array):
+    def stretch(
+        self, pressed: Array, rate: Array, angle: Array, speed: Array
+    ) -> tuple[Array, Array]:
         """How far the flanks run into each other and how fast, less what the error leaves free."""
         error, slope = self.error(angle)
         return pressed - error, rate - slope * speed
@@ -88,6 +90,25 @@ class ToothMesh(Part):
         if self.stiffness_amplitudes.shape[0]:
             torque = torque - steep * self.law.energy(t, x, state)
         return force, torque
+
+    def rates(
+        self, t: Array, pressed: Array, rate: Array, angle: Array, speed: Array, state: Array
+    ) -> Array:
+        """Of the law's states."""
+        return self.law.rates(t, *self.stretch(pressed, rate, angle, speed), state)
+
+    def energy(
+        self, t: Array, pressed: Array, rate: Array, angle: Array, speed: Array, state: Array
+    ) -> Array:
+        """J."""
+        return self.share(angle)[0] * self.law.energy(t, pressed - self.error(angle)[0], state)
+
+    def power_lost(
+        self, t: Array, pressed: Array, rate: Array, angle: Array, speed: Array, state: Array
+    ) -> Array:
+        """W."""
+        x, v = self.stretch(pressed, rate, angle, speed)
+        return self.share(angle)[0] * self.law.power_lost(t, x, v, state)
 
     def nominal(self) -> "ToothMesh":
         """Without transmission error, and of the mean stiffness."""
