@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from jaxrotor.core.block_matrix import independent
 from jaxrotor.integrators import fitted
 from jaxrotor.integrators.blocks import blocks_of
 from jaxrotor.integrators.fitted import Method, run_through
-from jaxrotor.integrators.fitted_weights import first_steps, fitted_weights, turn_of
+from jaxrotor.integrators.fitted_weights import Parts, first_steps, fitted_weights, turn_of
 from jaxrotor.integrators.ladder import RUNGS, chains_of, ladder_of
 from jaxrotor.integrators.phi import phi_functions, turning_powers
-from jaxrotor.simulation.prepared import known_chains
+from jaxrotor.simulation.known_chains import known_chains
 
 OMEGA = 3.0  # rad/s
 
@@ -201,6 +202,52 @@ def test_a_history_of_another_linearisation_would_spoil_it(monkeypatch):
     monkeypatch.setattr(fitted, "_rebased", lambda N, states, change: N)
     found = largest_errors(4)
     assert np.all(np.log2(found[:-1] / found[1:]) < 2), found
+
+
+def test_parts_that_do_not_mix_go_by_weights_of_their_own():
+    """Two oscillators, one with a third coordinate, that a force bends: as by weights of all at once,
+    over two linearisations and a jump. What A has between them besides is left to N."""
+    n, order, h = 3, 5, 0.02
+    K = jnp.array([[40.0, 0.0, -5.0], [0.0, 90.0, 0.0], [-5.0, 0.0, 60.0]])
+    turning = jnp.zeros((n, n)).at[0, 2].set(-1.0).at[2, 0].set(1.0)
+    speeds = jnp.array([1.0, 3.0])
+
+    def of(w):
+        lower = jnp.concatenate([-K, -0.3 * jnp.eye(n) + w * turning], axis=1)
+        return jnp.concatenate([jnp.eye(n, 2 * n, n), lower])
+
+    def field(t, y):
+        bent = jnp.where(t > 0.507, 3.0, 1.0) * jnp.sin(y[0] * y[1] + t)
+        force = bent * jnp.array([1.0, -0.5, 0.2])
+        return of(2.0 * t) @ y + jnp.concatenate([jnp.zeros(n), force])
+
+    blocks = blocks_of(h, 60, 1, order, jnp.array([0.507]), length=8)
+    of_parts = 2.0 * blocks.starts
+    A, rows = jax.vmap(of)(speeds), ((1, 4), (0, 2, 3, 5))
+    mixed = A.at[:, 4, 0].add(1e-3)
+
+    def run(A, parts):
+        def chains(A, h, w):
+            each = parts.rows if parts else [range(2 * n)]
+            own = [A[:, np.array(r)[:, None], np.array(r)] for r in each]
+            return [chains_of(a, h, turn_of(w, h), order, a.shape[1] // 2) for a in own]
+
+        at = jnp.abs(speeds[:, None] - of_parts).argmin(0)
+        known = chains(A, jnp.full(2, h), speeds), chains(A[at], blocks.lengths, of_parts)
+        ladder = ladder_of(
+            speeds, A, jnp.asarray(h), order, n, blocks, of_parts, 0.0, *known, parts=parts
+        )
+        begin = jnp.arange(2.0 * n) / 10
+        course = run_through(field, ladder, blocks, lambda t, y: 2.0 * t, begin, Method(probe=True))
+        return course.kept, course.gaps, ladder.flow(0)
+
+    found = [jax.jit(run, static_argnums=1)(a, p) for a, p in ((A, None), (A, Parts(rows, n)))]
+    for whole, own in zip(jax.tree.leaves(found[0]), jax.tree.leaves(found[1]), strict=True):
+        np.testing.assert_allclose(own, whole, rtol=0, atol=1e-12)
+    assert independent(np.asarray(A), 1) == rows[::-1]
+    assert independent(np.asarray(mixed), 1) == (tuple(range(2 * n)),)
+    left_out = jax.jit(run, static_argnums=1)(mixed, Parts(rows, n))[0]
+    np.testing.assert_allclose(left_out, found[0][0], rtol=0, atol=1e-11)
 
 
 def test_what_is_remembered_is_N_at_the_corrected_state():
@@ -408,5 +455,8 @@ def test_rows_of_zeros_fill_small_machines_up_and_change_nothing():
     A[:, n:] = rng.normal(size=(RUNGS, n + inside, 2 * n + inside)) * 1e3
     h, speeds = np.full(RUNGS, 1e-3), np.array([0.0, 100.0, 200.0, 300.0])
     alone = jax.jit(chains_of, static_argnums=(3, 4))(A, h, turn_of(speeds, h), 5, n)
-    for one, own in zip(jax.tree.leaves(known_chains(A, h, speeds, 5, n)), jax.tree.leaves(alone)):
+    for one, own in zip(
+        jax.tree.leaves(known_chains(A, h, speeds, 5, Parts.whole(2 * n + inside, n))),
+        jax.tree.leaves(alone),
+    ):
         np.testing.assert_allclose(one, own, rtol=0, atol=1e-14 * np.abs(own).max())

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from jaxrotor.core.elimination import inverse
+from jaxrotor.core.picked import picked
 from jaxrotor.integrators.adaptive import adaptive_samples
 from jaxrotor.integrators.replay import replayed_while_loop
 from jaxrotor.integrators.rosenbrock import Rosenbrock
-from jaxrotor.machine.picked import picked
 
 
 def _matrices(n, rng):

@@ -10,15 +10,69 @@ from contextlib import contextmanager
 _SILENT, _LINE = 3.0, 10.0
 # Seconds of a pause that ends what belongs together.
 _PAUSE = 2.0
+# Seconds that compiling takes at least: what ends sooner was compiled before, and ran.
+_LEAST = 0.05
+# Seconds between two looks, and between two words on a terminal.
+_LOOK, _WORD = 0.1, 0.5
 
 
 class _Notice:
     """One for the process. `spent` on programs that followed each other, until `ended`; when something was
-    `said` in a file."""
+    `said`; when what is going on `began`. A thread looks after it, which ends where nothing goes on."""
 
     def __init__(self) -> None:
         self.inside, self.muted = False, False
         self.spent, self.ended, self.said = 0.0, 0.0, -_LINE
+        self.began: float | None = None
+        self._lock, self._watch, self._bar = threading.Lock(), None, None
+
+    def begin(self, began: float) -> None:
+        with self._lock:
+            self.began = began
+            if self._watch is None:
+                self._watch = threading.Thread(target=self._look, daemon=True)
+                self._watch.start()
+
+    def end(self) -> None:
+        with self._lock:
+            self.began = None
+            if self._bar is not None:
+                self._bar.close()
+                self._bar = None
+
+    def _look(self) -> None:
+        last = time.monotonic()
+        while True:
+            time.sleep(_LOOK)
+            now = time.monotonic()
+            with self._lock:
+                if self.began is not None:
+                    last = now
+                    self._say(now)
+                elif now - last > _PAUSE:
+                    self._watch = None
+                    return
+
+    def _say(self, now: float) -> None:
+        assert self.began is not None
+        waited, terminal = now - self.began, sys.stderr.isatty()
+        if waited < (_SILENT if terminal else _LINE) or now - self.said < (
+            _WORD if terminal else _LINE
+        ):
+            return
+        self.said = now
+        text = (
+            f"compiling, {waited:.0f} s (a machine's first call takes 5 to 20 s; "
+            "jr.enable_cache() spares the next process that)"
+        )
+        if not terminal:
+            print(text, file=sys.stderr, flush=True)
+            return
+        if self._bar is None:
+            from tqdm import tqdm  # takes longer to load than most of what nobody waits for
+
+            self._bar = tqdm(bar_format="{desc}", file=sys.stderr, leave=False)
+        self._bar.set_description_str(text)
 
 
 _now = _Notice()
@@ -45,37 +99,12 @@ def compiling() -> Iterator[None]:
     began = time.monotonic()
     if began - _now.ended > _PAUSE:
         _now.spent = 0.0
-    _now.inside, over = True, threading.Event()
-    watch = threading.Thread(target=_watch, args=(over, began - _now.spent), daemon=True)
-    watch.start()
+    _now.inside = True
+    _now.begin(began - _now.spent)
     try:
         yield
     finally:
-        over.set()
-        watch.join()
+        _now.end()
         _now.inside, _now.ended = False, time.monotonic()
-        _now.spent += _now.ended - began
-
-
-def _watch(over: threading.Event, began: float) -> None:
-    terminal, bar = sys.stderr.isatty(), None
-    said = began if terminal else began + _LINE - _SILENT
-    while not over.wait(max(0.0, said + _SILENT - time.monotonic())):
-        text = (
-            f"compiling, {time.monotonic() - began:.0f} s (a machine's first call takes 5 to 20 s; "
-            "jr.enable_cache() spares the next process that)"
-        )
-        if terminal:
-            if bar is None:
-                from tqdm import tqdm  # takes longer to load than most of what nobody waits for
-
-                bar = tqdm(bar_format="{desc}", file=sys.stderr, leave=False)
-            bar.set_description_str(text)
-            said = time.monotonic() + 0.5 - _SILENT
-        else:
-            if time.monotonic() - _now.said >= _LINE:
-                print(text, file=sys.stderr, flush=True)
-                _now.said = time.monotonic()
-            said = _now.said + _LINE - _SILENT
-    if bar is not None:
-        bar.close()
+        if _now.ended - began > _LEAST:
+            _now.spent += _now.ended - began

@@ -14,6 +14,7 @@ kind and maps over them. Elements know no names and no node numbers, or they wou
 """
 
 import abc
+import functools
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -385,10 +386,16 @@ class Signalling(AbstractElement):
 
 def is_massive(element: Any) -> bool:
     """Whether it is `Massive` and carries inertia; nothing is computed."""
-    return (
-        isinstance(element, Massive)
-        and jax.eval_shape(lambda e: e.mass_matrix(), element) is not None
-    )
+    if not isinstance(element, Massive):
+        return False
+    leaves, tree = jax.tree.flatten(jax.eval_shape(lambda: element))
+    return _has_mass_matrix(tree, tuple((x.shape, x.dtype) for x in leaves))
+
+
+@functools.cache  # a machine of many stations has many of a kind
+def _has_mass_matrix(tree: Any, leaves: tuple) -> bool:
+    element = jax.tree.unflatten(tree, [jax.ShapeDtypeStruct(*x) for x in leaves])
+    return jax.eval_shape(lambda e: e.mass_matrix(), element) is not None
 
 
 def is_inertial(element: Any, ends: int) -> bool:

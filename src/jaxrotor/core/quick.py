@@ -9,10 +9,12 @@ from typing import Any, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 
 from .notice import compiling
 
+_NUMBER = np.zeros(())
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Programs of few runs: compiled in a quarter of the time, to run at half the speed. (What LLVM is told of
@@ -56,7 +58,8 @@ def _takes(**options: Any) -> bool:
 def traced(*given: Any) -> bool:
     """Whether these are values that a program is being traced with, or that is derived by, or one is being
     traced all around: then there are no numbers, and options, which are for whole programs, do not go."""
-    return any(isinstance(x, Tracer) for x in (*jax.tree.leaves(given), jnp.zeros(())))
+    # an operation on no tracer at all is one where a program is being traced all around
+    return any(isinstance(x, Tracer) for x in (*jax.tree.leaves(given), jax.lax.neg(_NUMBER)))
 
 
 def quickly_compiled(function: F) -> F:

@@ -88,7 +88,7 @@ def run_through(
     the state behind it. `watch`: what is kept of a block's instants and states. `told`: what is at the
     samples is handed over, part by part, while it comes.
     """
-    k, m = ladder.order, ladder.moments.mean.shape[3]
+    k, m = ladder.order, ladder.with_N
     length, exact = blocks.length, (method.lasting or told) and watch is None
 
     def block(carried: _Carried, x):
@@ -106,6 +106,7 @@ def run_through(
         follow = ladder.follow(at, rung, odd, own, weights)
         N = jnp.where(filled, coarse, N)
         N = _rebased(N, states, ladder.A[ladder.linearisation(before, odd)] - A)
+        lower = ladder.lower(A[y0.size - m :])
 
         # the probe stands behind the last step
         last = count if exact else length
@@ -121,7 +122,9 @@ def run_through(
                 probing = j == last
                 x, expected = jnp.where(probing, y, x), jnp.where(probing, N[0], expected)
             t1 = instant(jnp.minimum(j, count - 1) + 1)
-            x, gap, first = _corrected(f, A, weights, follow, method.evaluations, t1, x, expected)
+            x, gap, first = _corrected(
+                f, lower, weights, follow, method.evaluations, t1, x, expected
+            )
             if method.probe:
                 first = jnp.where(probing, first, gap)
             is_step = j < count
@@ -191,15 +194,15 @@ def _made_again(one: Callable) -> Callable:
 
 
 def _corrected(
-    f: Field, A, weights: FittedWeights, follow, evaluations: int, t1, x: Vector, expected
+    f: Field, lower, weights: FittedWeights, follow, evaluations: int, t1, x: Vector, expected
 ) -> tuple[Vector, Array, Array]:
     """From what was predicted, and N `expected` there: the corrected state, by how much N there differs from
-    that, and by how much N at the predicted state does."""
+    that, and by how much N at the predicted state does. `lower`: A's rows that have an N."""
     rows = x.size - expected.size
 
     def evaluated(carry, _):
         x, gap = carry
-        seen = f(t1, x)[rows:] - A[rows:] @ x - expected
+        seen = f(t1, x)[rows:] - lower @ x - expected
         further = seen - gap
         further = further + follow @ further
         return (x + weights.correct @ further, gap + further), seen

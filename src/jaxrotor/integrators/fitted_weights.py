@@ -5,6 +5,7 @@ is integrated exactly with exp(hA). The integrals need no inverse and hold at a 
 a corrected step has one power more.
 """
 
+from collections.abc import Sequence
 from math import factorial
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.block_matrix import BlockMatrix, Places
 from .phi import balance, phi_columns, turning_powers
 
 # rad: with so much to a step the past values tell the pair apart well; at half a turn they cannot at all.
@@ -24,6 +26,33 @@ LARGEST_TURN = 2.0
 _MORE = 5
 
 
+class Parts(NamedTuple):
+    """Of a state whose A does not mix them: the `rows` of each, of which those behind the leading
+    `exact_rows` have an N."""
+
+    rows: Places
+    exact_rows: int
+
+    @classmethod
+    def whole(cls, size: int, exact_rows: int) -> "Parts":
+        """All as one."""
+        return cls((tuple(range(size)),), exact_rows)
+
+    @property
+    def single(self) -> bool:
+        return len(self.rows) == 1
+
+    @property
+    def size(self) -> int:
+        return sum(len(own) for own in self.rows)
+
+    @property
+    def with_N(self) -> Places:
+        """Of each part, which of the rows that have an N."""
+        n = self.exact_rows
+        return tuple(tuple(i - n for i in own if i >= n) for own in self.rows)
+
+
 class FittedWeights(eqx.Module):
     """Of one step, or stacked in front. m of the d rows have an N.
 
@@ -31,8 +60,8 @@ class FittedWeights(eqx.Module):
     `correct` acts on what the evaluation there differs from that.
     """
 
-    predict: Float[Array, "d dkm"]
-    correct: Float[Array, "d m"]
+    predict: Float[Array, "d dkm"] | BlockMatrix
+    correct: Float[Array, "d m"] | BlockMatrix
     ahead: Float[Array, " k"]
 
 
@@ -72,6 +101,21 @@ def weights_of(own: Moments, past, after, ahead) -> FittedWeights:
     predict = jnp.einsum("jq,qab->ajb", past, own.mean).reshape(d, k * m)
     correct = jnp.einsum("q,qab->ab", after, own.mean)
     return FittedWeights(jnp.concatenate([own.flow, predict], axis=1), correct, jnp.asarray(ahead))
+
+
+def weights_of_parts(own: Sequence[Moments], parts: Parts, past, after, ahead) -> FittedWeights:
+    """As `weights_of`, of parts that do not mix, with moments of their own."""
+    if parts.single:
+        return weights_of(own[0], past, after, ahead)
+    each: Any = [weights_of(moments, past, after, ahead) for moments in own]
+    d, m, k = parts.size, parts.size - parts.exact_rows, past.shape[0]
+    columns = tuple(
+        (*rows, *(d + j * m + i for j in range(k) for i in with_N))
+        for rows, with_N in zip(parts.rows, parts.with_N)
+    )
+    predict: Any = BlockMatrix(tuple(own.predict for own in each), parts.rows, columns)
+    correct: Any = BlockMatrix(tuple(own.correct for own in each), parts.rows, parts.with_N)
+    return FittedWeights(predict, correct, jnp.asarray(ahead))
 
 
 def fitted_weights(

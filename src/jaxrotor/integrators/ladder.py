@@ -5,6 +5,7 @@ correction (`Rung.follow`). The pair that weights are fitted to goes with the sp
 it costs little, and accuracy hangs on it.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -13,16 +14,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.block_matrix import BlockMatrix, sub_block
 from .blocks import ALONE, REGULAR, Blocks
 from .fitted_weights import (
     FittedWeights,
     Moments,
+    Parts,
     first_steps,
     fitted_mix,
     moments,
     polynomial_mix,
     turn_of,
-    weights_of,
+    weights_of_parts,
 )
 
 # Linearisations over the range of speeds, and fits about each of them.
@@ -52,7 +55,7 @@ class Ladder(eqx.Module):
 
     `moments`: of regular steps at each A, of the short steps of the start, and of no step at all.
     `mixes`: for the fits of each rung, at `turns` (rad), of the start, none, and the fits of the parts of
-    intervals.
+    intervals. A does not mix `parts` of the state: each has `moments` of its own.
     """
 
     speeds: Float[Array, " s"]
@@ -60,10 +63,16 @@ class Ladder(eqx.Module):
     h: Float[Array, ""]
     A: Float[Array, "a d d"]
     slopes: Float[Array, "a m d"]
-    moments: Moments
+    moments: tuple[Moments, ...]
     mixes: tuple[Array, ...]
     order: int = eqx.field(static=True)
     chains: int = eqx.field(static=True)
+    parts: Parts = eqx.field(static=True)
+
+    @property
+    def with_N(self) -> int:
+        """How many rows have an N."""
+        return self.parts.size - self.parts.exact_rows
 
     def nearest(self, speed: Float[Array, ""]) -> Array:
         return jnp.argmin(jnp.abs(self.speeds - speed))
@@ -85,7 +94,7 @@ class Ladder(eqx.Module):
             at,
             regular + chain * max(levels) + max(levels) - jnp.asarray(levels)[start],
         )
-        which = jnp.where(kind == ALONE, self.moments.flow.shape[0] - 1, which)
+        which = jnp.where(kind == ALONE, self.moments[0].flow.shape[0] - 1, which)
         turn = turn_of(speed, self.h)
         fit = rung * fits + jnp.argmin(jnp.abs(self.turns[rung] - turn))
         first = rungs * fits
@@ -94,16 +103,43 @@ class Ladder(eqx.Module):
             kind == REGULAR, mix, jnp.where(kind == ALONE, first + len(levels), first + start)
         )
         own = jax.tree.map(lambda x: x[which], self.moments)
-        return weights_of(own, *(x[mix] for x in self.mixes))
+        return weights_of_parts(own, self.parts, *(x[mix] for x in self.mixes))
 
-    def follow(self, at, rung, odd, speed, weights: FittedWeights) -> Float[Array, "m m"]:
+    def lower(self, matrix: Float[Array, "m d"]) -> Float[Array, "m d"] | BlockMatrix:
+        """Of what is like A's rows that have an N, for products with it."""
+        if self.parts.single:
+            return matrix
+        rows, columns = self.parts.with_N, self.parts.rows
+        own = tuple(sub_block(matrix, *both) for both in zip(rows, columns))
+        return BlockMatrix(own, rows, columns)
+
+    def flow(self, at) -> tuple[Float[Array, "d d"], Float[Array, "d m"]]:
+        """`e^(hA)` and `h φ_1(hA)` of a regular step at one of the linearisations."""
+        if self.parts.single:
+            return self.moments[0].flow[at], self.moments[0].mean[at, 0]
+        rows, with_N = self.parts.rows, self.parts.with_N
+        through = BlockMatrix(tuple(own.flow[at] for own in self.moments), rows, rows)
+        push = BlockMatrix(tuple(own.mean[at, 0] for own in self.moments), rows, with_N)
+        return through.dense, push.dense
+
+    def follow(
+        self, at, rung, odd, speed, weights: FittedWeights
+    ) -> Float[Array, "m m"] | BlockMatrix:
         """By how much a gap of N grows while it is corrected: N changes by `F gap` with a correction, that is
         corrected too, and so on."""
         off = jnp.where(odd < 0, speed - self.speeds[rung], 1.0)
-        F = (off * self.slopes[at]) @ weights.correct
-        twice = F @ F
-        once = F + twice
-        return once + once @ twice
+        slopes, correct = self.lower(off * self.slopes[at]), weights.correct
+        if isinstance(slopes, BlockMatrix) and isinstance(correct, BlockMatrix):
+            own = tuple(_followed(*both) for both in zip(slopes.blocks, correct.blocks))
+            return BlockMatrix(own, correct.columns, correct.columns)
+        return _followed(slopes, correct)
+
+
+def _followed(slopes: Any, correct: Any) -> Array:
+    F = slopes @ correct
+    twice = F @ F
+    once = F + twice
+    return once + once @ twice
 
 
 def _levels(steps) -> list[int]:
@@ -144,45 +180,67 @@ def ladder_of(
     blocks: Blocks | None = None,
     speeds_of_parts: Float[Array, " o"] | None = None,
     start: Float[Array, ""] | float = 0.0,
-    chains: Chains | None = None,
-    parts: Chains | None = None,
+    chains: Sequence[Chains] | None = None,
+    beside: Sequence[Chains] | None = None,
     mixed: "Mixed | None" = None,
+    parts: Parts | None = None,
     xp: Any = jnp,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
-    jumps. `chains` of the speeds, `parts` of the parts of intervals and what is `mixed` of both, where they
-    are known: all of them, and it may be in NumPy's arrays, `xp`."""
+    jumps. `chains` of the speeds, those `beside` jumps, of the parts of intervals, and what is `mixed` of
+    both, where they are known: all of them, of each of the state's `parts` that no A mixes, and it may be in
+    NumPy's arrays, `xp`."""
     s, d, _ = A.shape
     single = blocks is None or blocks.single
+    parts = Parts.whole(d, exact_rows) if parts is None else parts
+    if not parts.single:
+        A = A * _within(parts)  # what is left out becomes N's
     slopes = _slopes(speeds, A, xp)[:, exact_rows:]
 
     if chains is None:
         near = turn_of(speeds, h)
-        chains = chains_of(A, jnp.broadcast_to(h, speeds.shape), near, order, exact_rows)
-    regular, starting = chains
+        chains = (chains_of(A, jnp.broadcast_to(h, speeds.shape), near, order, exact_rows),)
+    count, first = s, None
     if single:
-        first = xp.argmin(xp.abs(speeds - start))
-        starting = jax.tree.map(lambda x: x[first][None], starting)
-    count = 1 if single else s
+        count, first = 1, xp.argmin(xp.abs(speeds - start))
     lengths, wanted = jnp.zeros(0), jnp.zeros(0)
     if blocks is not None and speeds_of_parts is not None and blocks.lengths.size:
         lengths, wanted = blocks.lengths, speeds_of_parts
         at = nearest_rungs(speeds, wanted, xp)
-        if parts is None:
+        if beside is None:
             turned = jax.lax.stop_gradient(turn_of(wanted, lengths))
-            parts = chains_of(A[at], lengths, turned, order, exact_rows)
-        regular, starting = jax.tree.map(
-            lambda a, b: xp.concatenate([a, b]), Chains(regular, starting), parts
-        )
+            beside = (chains_of(A[at], lengths, turned, order, exact_rows),)
         off = (wanted - speeds[at])[:, None, None]
         A, slopes = xp.concatenate([A, A[at]]), xp.concatenate([slopes, off * slopes[at]])
-    none = Moments(xp.eye(d)[None], xp.zeros((1, *regular.mean.shape[1:])))
-    flat = jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), starting)
-    every = jax.tree.map(lambda *x: xp.concatenate(x), regular, flat, none)
+    moments = tuple(
+        _all_moments(own, first, more, xp)
+        for own, more in zip(chains, beside or [None] * len(chains))
+    )
     if mixed is None:
         mixed = mixed_for(speeds, h, order, wanted, lengths)
-    return Ladder(speeds, mixed.turns, h, A, slopes, every, mixed.mixes, order, count)
+    return Ladder(speeds, mixed.turns, h, A, slopes, moments, mixed.mixes, order, count, parts)
+
+
+def _all_moments(chains: Chains, first: Any, beside: Chains | None, xp: Any) -> Moments:
+    """Of a part of the state, as `Ladder` has them. `first`: the one whose start is all there is."""
+    regular, starting = chains
+    if first is not None:
+        starting = jax.tree.map(lambda x: x[first][None], starting)
+    if beside is not None:
+        regular, starting = jax.tree.map(
+            lambda a, b: xp.concatenate([a, b]), Chains(regular, starting), beside
+        )
+    none = Moments(xp.eye(regular.flow.shape[-1])[None], xp.zeros((1, *regular.mean.shape[1:])))
+    flat = jax.tree.map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), starting)
+    return jax.tree.map(lambda *x: xp.concatenate(x), regular, flat, none)
+
+
+def _within(parts: Parts) -> Float[np.ndarray, "d d"]:
+    pattern = np.zeros((parts.size, parts.size))
+    for rows in parts.rows:
+        pattern[np.ix_(rows, rows)] = 1.0
+    return pattern
 
 
 class Mixed(NamedTuple):

@@ -76,9 +76,9 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
     """`force`: (n,), from outside, on the free coordinates."""
     n, d = n_free(prepared.system), len(y)
     force = np.zeros(n) if force is None else force
-    # a number of Python would be a constant of the program
-    given = jax.device_put((y, np.float64(speed), force))
-    found, slopes, state = _instant(prepared.system, prepared.angle, *given)
+    # in one array: thousands of speeds are gone through, and each array on its way takes as long as the rest
+    given = jax.device_put(np.concatenate([y, force, [speed]]))
+    found, slopes, state = _instant(prepared.system, prepared.angle, given)
     found, slopes = np.asarray(found), np.asarray(slopes)
     return Instant(
         found[:d],
@@ -91,15 +91,16 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
 
 
 @quickly_compiled
-def _instant(system: System, angle, y, speed, force) -> tuple[Array, Array, State]:
-    reference = (angle, speed, jnp.zeros(()))
+def _instant(system: System, angle, given) -> tuple[Array, Array, State]:
+    """`given`: y, forces, and the speed."""
+    reference, d = (angle, given[-1], jnp.zeros(())), given.size - 1 - n_free(system)
 
     def found(both):
-        out = field_and_loads(system, both[: y.size], reference, both[y.size :])
+        out = field_and_loads(system, both[:d], reference, both[d:])
         return out, out
 
-    slopes, values = jax.jacfwd(found, has_aux=True)(jnp.concatenate([y, force]))
-    return values, slopes, from_flat(jnp.zeros(()), y, system, reference)
+    slopes, values = jax.jacfwd(found, has_aux=True)(given[:-1])
+    return values, slopes, from_flat(jnp.zeros(()), given[:d], system, reference)
 
 
 def field_and_loads(system: System, y: Array, reference: Any, force: Array) -> Float[Array, " m"]:

@@ -15,12 +15,12 @@ from ..core.doors import plot_door
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import require_x64
+from ..core.picked import block
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import initial_states, n_free, on_nodes, relative_field
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.picked import block
 from ..machine.system import System, assemble
 from ..simulation.equilibrium import running
 from ..simulation.state import State, from_flat, to_flat

@@ -14,12 +14,12 @@ from ..core.arguments import names, numbers
 from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
+from ..core.picked import block
 from ..core.protocol import Nominal
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.machine import Machine
-from ..machine.picked import block
 from ..machine.speed_ratios import is_geared
 from ..machine.system import assemble_both
 from ..machine.wiring import unknown

@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.kinematics import rows
+from ..core.picked import picked
 from ..core.protocol import AbstractInertia
 from .constraint import held_acceleration
 from .coupled import Coupled, solve_coupled
-from .picked import picked
 from .ports import shift_of, spread
 from .seen import seen
 from .system import Actor, Reference, System

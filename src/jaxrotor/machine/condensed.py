@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.kinematics import from_turning, spin_speed
+from ..core.picked import block, gathered, picked
 from ..core.turning import turning_forces
 from .following import PLANES, Places, circling, followings, in_plane, places, turning, with_own
 from .layout import Layout
-from .picked import block, gathered, picked
 
 
 class Condensed(eqx.Module):

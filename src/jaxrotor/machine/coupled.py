@@ -13,8 +13,8 @@ from jaxtyping import Array, Float
 
 from ..core.elimination import solution
 from ..core.kinematics import with_last
+from ..core.picked import picked, placed_columns
 from .mass import CoupledMass
-from .picked import picked, placed_columns
 
 
 def _spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, Array]:

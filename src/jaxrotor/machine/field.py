@@ -14,8 +14,8 @@ from jaxtyping import Array, Float
 
 from ..core.columns import columns
 from ..core.kinematics import from_turning, turning_lead_acceleration, with_last
+from ..core.picked import picked, placed_columns
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
-from .picked import picked, placed_columns
 from .ports import ports, shift_of, spread
 from .system import Actor, Reference, System
 

@@ -14,7 +14,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .picked import block, some_rows, summed
+from ..core.picked import block, some_rows, summed
 from .ritz import ritz_shapes
 
 # What deforms by itself: bending in two planes, stretching and twisting; the first coordinate moves across.

@@ -12,10 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.picked import block, some_rows
 from ..core.protocol import Carried, first_of, is_inertial, is_massive
 from .condensed import CondensedMatrices
 from .layout import Layout
-from .picked import block, some_rows
 from .placing import placed
 
 

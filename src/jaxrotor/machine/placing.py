@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .picked import summed
+from ..core.picked import summed
 
 
 def placed(

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from .picked import picked
+from ..core.picked import picked
 from .seen import seen
 from .system import System
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..core.errors import InputError
+from ..core.picked import picked
 from ..core.protocol import AbstractAttachment, AbstractPrescribed
 from ..core.quick import lightly_compiled
 from ..elements.shafts.beam_element import AbstractBeamElement
@@ -16,7 +17,6 @@ from ..elements.shafts.twist import damped_rates
 from ..machine.field import Evaluation, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
-from ..machine.picked import picked
 from ..machine.speed_ratios import port_turns
 from ..machine.system import System
 from ..machine.wiring import FIXED, unknown

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..core.picked import block
 from ..core.protocol import Nominal
 from ..machine.field import initial_states
-from ..machine.picked import block
 from ..machine.speed_ratios import port_turns
 from ..machine.system import Actor, System
 

@@ -17,6 +17,7 @@ from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
 from ..integrators.blocks import LENGTH, LONGEST, blocks_of
 from ..integrators.fitted import Method, run_through
+from ..integrators.fitted_weights import Parts
 from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobians, n_free, relative_field
 from ..machine.layout import count_of_free
@@ -25,8 +26,9 @@ from ..machine.system import System
 from .assembling import system_of
 from .blame import not_finite
 from .condensing import condensed_for
+from .known_chains import known_chains, parts_of
 from .planned import Plan, bucket, fewest
-from .prepared import Known, known_chains, rungs_of
+from .prepared import Known, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .remembered import Remembered
 from .run_error import share_of_peaks
@@ -123,13 +125,14 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     speeds = _speeds_at(machine, instants, forward * top)
     slowest = _slowest(machine, given, speed)
     linear = {w: _rungs(machine, w, slowest) for w in set(speeds)}
-    rows = count_of_free(machine)
+    every = np.concatenate([A for _, A in linear.values()])
+    parts = parts_of(every, count_of_free(machine))
 
     def known(w: float, h: float) -> tuple[Known, Known]:
         """Of steps of h (s), and of half of it, by one call."""
         at, A = linear[w]
         steps = np.repeat([h, 0.5 * h], _RUNGS)
-        both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), order, rows)
+        both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), order, parts)
         coarse = jax.tree.map(lambda x: x[:_RUNGS], both)
         fine = jax.tree.map(lambda x: x[_RUNGS:], both)
         return Known(A, coarse), Known(A, fine)
@@ -140,7 +143,9 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
         given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds), np.float64(slowest))
         when, abrupt, step, *reach = jax.device_put(given)
-        found = pilots(system_of(machine), when, abrupt, step, reach, order, evaluations, every)
+        found = pilots(
+            system_of(machine), when, abrupt, step, reach, order, evaluations, every, parts
+        )
         return float(found)
 
     first = fewest(max(top, float(given.frequency)), interval)
@@ -303,14 +308,16 @@ def _rungs(machine: Machine, top: float, slowest: float) -> tuple[np.ndarray, np
 
 @quickly_compiled
 def pilots(
-    system, instants, abrupt, h, reach, order: int, evaluations: int, known
+    system, instants, abrupt, h, reach, order: int, evaluations: int, known, parts: Parts
 ) -> Float[Array, ""]:
     """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these
     speeds, and the lowest of the run, rad/s."""
     speeds, slowest = reach
     return jnp.max(
         jax.lax.map(
-            lambda x: pilot(system, None, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest),
+            lambda x: pilot(
+                system, None, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest, parts
+            ),
             (instants, speeds, known),
         )
     )
@@ -327,12 +334,13 @@ def pilot(
     evaluations: int,
     known: tuple[Known, Known] | None = None,
     slowest: Float[Array, ""] | float = 0.0,
+    parts: Parts | None = None,
 ) -> Float[Array, ""]:
     """Largest difference between steps of h (s) and of half of it, as part of the peak.
 
     `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
-    `known`: of both steps; or the system without what turns with the shaft, `balanced`. `slowest`: the lowest
-    speed of the run, rad/s.
+    `known`: of both steps, and of `parts` of the state; or the system without what turns with the shaft,
+    `balanced`. `slowest`: the lowest speed of the run, rad/s.
     """
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
@@ -362,7 +370,9 @@ def pilot(
             return linear + jnp.where(abrupt, 1.0, begun) * (dy - linear)
 
         blocks = blocks_of(h, 2 * _STEPS, 1, order, jnp.zeros(0), length=8)
-        ladder = ladder_of(speeds, A, h, order, n, blocks, start=top, chains=own.chains)
+        ladder = ladder_of(
+            speeds, A, h, order, n, blocks, start=top, chains=own.chains, parts=parts
+        )
         return run_through(turning, ladder, blocks, lambda t, y: top, y0, Method(evaluations)).kept[
             :, :n
         ]

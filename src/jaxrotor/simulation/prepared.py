@@ -8,15 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..core.quick import lightly_compiled, quickly_compiled
+from ..core.quick import quickly_compiled
 from ..integrators.blocks import LENGTH, Blocks, between_jumps, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
-from ..integrators.fitted_weights import Moments, turn_of
 from ..integrators.ladder import (
-    RUNGS,
     Chains,
     Ladder,
-    chains_of,
     ladder_of,
     mixed_for,
     nearest_rungs,
@@ -27,13 +24,11 @@ from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import System, jump_times
 from .assembling import system_of, systems_of
+from .known_chains import known_chains, parts_of
 from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
 from .start import needs_balanced
-
-# Rows, of coordinates or of their rates, of which machines of fewer have weights by the same program.
-_SIZES = (24, 48)
 
 
 class Prepared(eqx.Module):
@@ -48,11 +43,10 @@ class Prepared(eqx.Module):
 
 class Known(NamedTuple):
     """What pilots and a run find by the same programs, compiled once: A at each rung, and of regular steps
-    there what weights are mixed from; and that of the parts of intervals beside jumps."""
+    there, and each part of the state, what weights are mixed from."""
 
     linear: Any  # (s, d, d), JAX's or NumPy's
-    chains: Chains | None = None
-    parts: Chains | None = None
+    chains: tuple[Chains, ...] | None = None
 
 
 @quickly_compiled
@@ -63,45 +57,6 @@ def rungs_of(
     speeds (rad/s), and A there."""
     speeds = rung_speeds(top, slowest)
     return speeds, jacobians(balanced, speeds)
-
-
-@lightly_compiled
-def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
-    return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
-
-
-def known_chains(
-    A: np.ndarray, h: np.ndarray, speeds: np.ndarray, order: int, exact_rows: int
-) -> Chains:
-    """As `chains_of`, of steps (s) at speeds (rad/s), however many: in NumPy's arrays, by one program that
-    makes as many at a time as a run has rungs. (`device_put`: `jnp.asarray` compiles a program for each new
-    shape.) Small machines, and audits of them, have it in common: rows of zeros fill them up to a few sizes,
-    of coordinates, and of what has an N."""
-    rest = A.shape[1] - exact_rows
-    exact, size = _size_for(exact_rows, rest)
-    keep = np.concatenate([np.arange(exact_rows), exact + np.arange(rest)])
-    filled = np.zeros((len(A), exact + size, exact + size))
-    filled[:, keep[:, None], keep] = A
-    count = len(h)
-    many = np.minimum(np.arange(-(-count // RUNGS) * RUNGS), count - 1)
-    found = []
-    for at in many.reshape(-1, RUNGS):
-        here = jax.device_put((filled[at], h[at], speeds[at]))
-        own = _chains(here[0], here[1], here[2], order, exact)
-        found.append(jax.tree.map(np.asarray, own))
-
-    def own_rows(moments: Moments) -> Moments:
-        flow, mean = moments.flow, moments.mean
-        return Moments(flow[..., keep[:, None], keep], mean[..., keep, :rest])
-
-    whole = jax.tree.map(lambda *x: np.concatenate(x)[:count], *found)
-    return Chains(own_rows(whole.regular), own_rows(whole.starting))
-
-
-def _size_for(exact: int, rest: int) -> tuple[int, int]:
-    """Of a program for so many rows, and for others near it."""
-    size = next((x for x in _SIZES if x >= max(exact, rest)), None)
-    return (exact, rest) if size is None else (size, size)
 
 
 class Steps(NamedTuple):
@@ -135,19 +90,19 @@ def with_ladder(
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(*_reach(setup), xp=np))
     A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
     h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
-    chains, parts = known_chains(A, h, speeds, order, rows), None
+    parts = parts_of(A, rows)
+    chains, beside = known_chains(A, h, speeds, order, parts), None
     if of_parts.size:
         at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
-        parts = known_chains(A[at], lengths, of_parts, order, rows)
+        beside = known_chains(A[at], lengths, of_parts, order, parts)
     here = jax.device_put((speeds, h[0]))
     found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths)
     mixed = jax.tree.map(np.asarray, found)
     # in NumPy's arrays: for each machine the least that is compiled
     own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
-    ladder = ladder_of(
-        own[0], own[1], own[2], order, rows, *own[3], chains=chains, parts=parts, mixed=mixed, xp=np
-    )
+    known_of_it: Any = dict(chains=chains, beside=beside, mixed=mixed, parts=parts)
+    ladder = ladder_of(own[0], own[1], own[2], order, rows, *own[3], **known_of_it, xp=np)
     return Prepared(blocks=steps.blocks, ladder=jax.device_put(ladder))
 
 

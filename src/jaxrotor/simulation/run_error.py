@@ -67,8 +67,7 @@ def error_by_blocks(
 
     def nearest(w):
         i = ladder.nearest(w)
-        own = ladder.moments
-        return Flow(ladder.speeds[i], own.flow[i], own.mean[i, 0], ladder.slopes[i])
+        return Flow(ladder.speeds[i], *ladder.flow(i), ladder.slopes[i])
 
     defects = _defects(ladder.order, course)[1:]
     return run_error(nearest, ladder.h, course.kept, defects, interval, intervals, system)

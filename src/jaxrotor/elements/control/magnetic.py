@@ -60,7 +60,7 @@ class MagneticBearing(
     - `sensor_cutoff`: Hz, of a second-order Butterworth low-pass in the sensors; none by default.
     - `angle`: rad, of the axis v from x. `setpoint`: m, where the rotor is held, along v and w.
     - `fails_at`: s, when the power fails: from then on all currents, the bias too, die with the time constant
-      `decay_time` (inductance over resistance of coils that are short-circuited). Long before 0: none in all the run.
+      `decay_time` (inductance over resistance of coils that are short-circuited). Before 0: a run without.
     - `other_magnet`, `other_controller`: those of the axis w, where they differ.
 
     At its limits a loop is stiff, so a machine with it is run by `Rosenbrock`; where nothing comes near them
