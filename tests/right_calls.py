@@ -43,6 +43,8 @@ def line(main=None, section=None, end=None, extra=None, at="main"):
         "shaft": section or jr.Shaft(0.2, 0.012),
         "end": end or jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
     }
+    if "third" in at:
+        parts |= {"joint": jr.Shaft(0.2, 0.012), "third": jr.Rotor(6.0, 0.0187, 0.0102)}
     attachments = {"bearing": (jr.LinearSupport((1e6, 1e6, 1e6, 0.0, 0.0, 0.0)), "main")}
     if extra is not None:
         attachments["extra"] = (extra, at)
@@ -65,8 +67,7 @@ def joint(element):
 
 
 def planets(element):
-    parts = {name: jr.Rotor(6.0, 0.0187, 0.0102) for name in ("sun", "carrier", "ring")}
-    return jr.Machine(parts | {"planets": element}, {"planets": ("sun", "carrier", "ring")})
+    return line(extra=element, at=("main", "end", "third"))
 
 
 def law(x):
@@ -128,8 +129,8 @@ PARTS: dict[str, tuple] = {
     "ElasticMatrix": (joint, (np.eye(12), np.zeros((12, 12)))),
     "UniversalJoint": (joint, (100.0,)),
     "GearMesh": (joint, ((0.1, 0.2), jr.elements.KelvinVoigt(1e8))),
-    "InvoluteMesh": (joint, (GEARS, 1e3)),
-    "PlanetaryGear": (planets, ((24, 36, 96), 0.03, 1e-3, TEETH, TEETH)),
+    "InvoluteMesh": (joint, (GEARS, 1e3, 10.0, 0.1, (), (), 0.5)),
+    "PlanetaryGear": (planets, ((24, 36, 96), 0.03, 1e-3, TEETH, TEETH, (0.5,))),
     "RigidGears": (station, ((0.1, 0.2), (1.0, 2.0))),
     "AddedInertia": (attached, (0.1,)),
     "Brake": (attached, (1.0,)),
