@@ -139,6 +139,10 @@ PARTS: dict[str, tuple] = {
     "FanLoad": (attached, (1e-3,)),
     "Force": (attached, (1.0,)),
     "InductionMotor": (attached, (0.5, 0.4, 0.08, 0.08, 0.07, 230.0, 50.0)),
+    "InverterDrive": (
+        attached,
+        (jr.elements.PI(1.0, 2.0), jr.elements.SpeedError(10.0), (6.0,), (0.1,)),
+    ),
     "KlossMotor": (attached, (10.0, 0.1, 157.0)),
     "LawSupport": (attached, (jr.elements.KelvinVoigt(1e5),)),
     "LinearSupport": (attached, (SIX,)),
@@ -147,6 +151,11 @@ PARTS: dict[str, tuple] = {
     "SpeedGovernor": (attached, (10.0, 1.0, 1.0, 5.0)),
     "SpeedTorque": (attached, ((0.0, 10.0), (1.0, 2.0))),
     "SynchronousStart": (attached, ((0.0, 180.0), (9.0, 0.0), (5.0, 6.0), 60.0)),
+    "SynchronousMachine": (
+        attached,
+        (0.1, 0.01, 0.1, 0.07, 0.01, 0.02, 0.1, 0.02, (0.1,), (0.02,), 5.0, 230.0, 50.0),
+    ),
+    "TorqueRipple": (attached, ((6.0,), (0.0, 100.0), ((1.0,), (2.0,)))),
     "Torque": (attached, (1.0,)),
     "TorsionalDamper": (attached, (0.1, 1.0)),
     "JournalBearing": (attached, (0.05, 0.03, 1e-4, 0.01)),

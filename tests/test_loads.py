@@ -290,7 +290,31 @@ OTHERS = {
     "table": jr.SpeedDependentSupport(SPEEDS, *TABLES["mixed"]),
     "dc": jr.DCMotor(0.5, 0.01, 0.3, 24.0),
     "induction": jr.InductionMotor(0.4, 0.8, 0.075, 0.076, 0.07, 180.0, 60.0, pole_pairs=2),
+    "opened": jr.InductionMotor(
+        0.4, 0.8, 0.075, 0.076, 0.07, 180.0, 60.0, 2, jr.Step(0.0, 0.0, 1.0)
+    ),
+} | {
+    name: jr.elements.SynchronousMachine(
+        *(0.01, 0.1, 0.4, 0.25, 0.02, 0.12, 0.3, 0.15, [0.2, 0.1], [0.1, 0.2], 9.0, 150.0, 6.0),
+        phase=0.3,
+        connected=closed,
+        line_fault=joined,
+        discharge_resistance=0.1,
+        start=0.1 * np.arange(7.0),
+    )
+    for name, closed, joined in (("synchronous", 1, 0), ("cut off", 0, 0), ("two lines", 0, 1))
 }
+RIPPLE = (6.0, 12.0), (0.04, 0.01)
+OTHERS["ripple"] = jr.elements.TorqueRipple(
+    RIPPLE[0], [10.0, 60.0], [[3.0, 2.0], [5.0, 1.0]], (0.1, 0.4), 0.9, pole_pairs=2
+)
+OTHERS["inverter"] = jr.elements.InverterDrive(
+    jr.elements.PI(2.0, 5.0),
+    jr.elements.SpeedError(30.0),
+    *RIPPLE,
+    jr.elements.Actuator(limit=8.0, bandwidth=200.0, delay=1e-3),
+    (0.1, 0.4),
+)
 ELEMENTS = {name: e[0] if isinstance(e, tuple) else e for name, e in LINE.items()} | OTHERS
 
 

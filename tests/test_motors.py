@@ -258,6 +258,54 @@ def test_a_negative_frequency_turns_backward():
     assert torque > 10
 
 
+def test_an_opened_stator_leaves_the_rotors_flux():
+    """The current dies with the breaker's time, as a phase sees it; then the rotor's flux decays with Lr/Rr,
+    turning with the rotor, and the stator's is Lm/Lr of it: the residual voltage."""
+    motor = krause(3, connected=0.0, breaker_time=4e-4)
+    running, speed = settled(krause(3), 180.0)[1], 180.0
+    motion = (jnp.zeros(6), jnp.zeros(6).at[5].set(speed))
+
+    def rates(z):
+        return motor.rates(jnp.zeros(()), (motion,), None, z)
+
+    A = np.asarray(jax.jacfwd(rates)(jnp.zeros(4)))
+    assert np.abs(rates(jnp.zeros(4))).max() == 0.0  # no voltage from the grid
+    ls, lr, m = (getattr(motor, f"{n}_inductance") for n in ("stator", "rotor", "magnetizing"))
+
+    def after(t):
+        z = jnp.asarray(expm(A * t) @ running)
+        current = np.asarray(motor._currents(z))
+        return current[0] + 1j * current[1], complex(z[2], z[3]), complex(z[0], z[1])
+
+    first = after(0.0)[0]
+    for t in (1e-4, 1e-3):
+        # the grid's frame runs away from what stands still
+        expected = first * np.exp(-t / 4e-4 - 1j * TURN * t)
+        assert after(t)[0] == pytest.approx(expected, rel=1e-9)
+    early, late = after(0.02), after(0.32)
+    decay = np.exp(-0.3 * float(motor.rotor_resistance / lr) - 0.3j * (TURN - 2 * speed))
+    assert late[1] == pytest.approx(early[1] * decay, rel=1e-9)
+    assert late[2] == pytest.approx(late[1] * float(m / lr), rel=1e-9)
+
+
+@pytest.mark.parametrize("closed", [0.0, 1.0])
+def test_what_a_motor_draws_is_stored_lost_or_given(closed):
+    """At any state, also while an arc burns in the breaker."""
+    motor = krause(3, connected=closed, phase=0.6)
+    motion = (jnp.zeros(6), jnp.zeros(6).at[5].set(140.0))
+    z = jnp.array([0.5, -0.3, 0.4, 0.1])
+    now = jnp.zeros(()), (motion,)
+    slope = jax.grad(lambda z: motor.energy(*now, z))(z)
+    stored = float(slope @ motor.rates(*now, (), z))
+    given = float(motor.torque(*now, z)) * 140.0
+    lost, drawn = float(motor.power_lost(*now, z)), float(motor.power_in(*now, z))
+    assert stored == pytest.approx(drawn - lost - given, rel=1e-10)
+    if closed:
+        i = motor._currents(z)
+        grid = PEAK * (np.cos(0.6) * i[0] + np.sin(0.6) * i[1])
+        assert drawn == pytest.approx(1.5 * float(grid), rel=1e-10)
+
+
 # From the nameplate
 
 
@@ -340,12 +388,22 @@ def test_wrong_nameplates_are_refused(change, words):
 
 @pytest.mark.parametrize("start", [0.0, 90.0])
 def test_energy_of_motors_is_balanced(start):
-    """Both on one rotor, of like power; from rest and from half the speed."""
+    """All on one rotor, of like power; from rest and from half the speed. Two are cut off and reclosed, one
+    between lines that are shorted."""
+    off, later = (jr.profiles.PulseTrain(1.0, 0.02, 0.0, 1.0, start) for start in (0.03, 0.036))
+    synchronous = jr.elements.SynchronousMachine(
+        *(0.5, 2e-3, 5e-2, 3e-2, 0.1, 4e-3, 0.9, 3e-3, [0.8], [3e-3], 8.0, PEAK, 60.0),
+        connected=later,
+        line_fault=jr.Step(0.04, 1.0),
+        discharge_resistance=jr.Step(0.07, 0.0, 0.5),
+        pole_pairs=2,
+    )
     machine = jr.Machine.in_line(
         {"r": jr.Rotor(1.0, 0.05, 0.03)},
         attachments={
             "dc": (jr.DCMotor(R, L, K, 2 * V), "r"),
-            "ac": (krause(3), "r"),
+            "ac": (krause(3, connected=off), "r"),
+            "synchronous": (synchronous, "r"),
             "brake": (jr.Brake(10.0, 5.0), "r"),
         },
     )
@@ -411,6 +469,43 @@ frequency = "60 Hz"
 pole_pairs = 2
 
 [[machine.attachments]]
+name = "synchronous"
+kind = "SynchronousMachine"
+at = "r"
+stator_resistance = "10 mohm"
+stator_leakage = "0.3 mH"
+d_magnetizing = "3 mH"
+q_magnetizing = "2 mH"
+field_resistance = "2 mohm"
+field_leakage = "0.5 mH"
+d_damper_resistance = "30 mohm"
+d_damper_leakage = "0.4 mH"
+q_damper_resistances = ["30 mohm"]
+q_damper_leakages = ["0.4 mH"]
+excitation = { kind = "Step", time = "1 s", after = "0.1 kA" }
+voltage = "325 V"
+frequency = "50 Hz"
+connected = { kind = "PulseTrain", period = "2 s", width = "80 ms", level = 0.0, base = 1.0 }
+
+[[machine.attachments]]
+name = "inverter"
+kind = "InverterDrive"
+at = "r"
+controller = { kind = "PI", proportional = "2 N*m*s/rad", integral = "5 N*m/rad" }
+measured = { kind = "SpeedError", setpoint = "1500 rpm" }
+actuator = { kind = "Actuator", bandwidth = "400 1/s" }
+orders = [6, 12]
+shares = [0.03, 0.01]
+
+[[machine.attachments]]
+name = "ripple"
+kind = "TorqueRipple"
+at = "r"
+orders = [6]
+speeds = { unit = "rpm", values = [0, 1500] }
+amplitudes = { unit = "kN*m", values = [[0.2], [0.1]] }
+
+[[machine.attachments]]
 name = "dc"
 kind = "DCMotor"
 at = "r"
@@ -461,3 +556,9 @@ def test_study_files_know_them(tmp_path):
     np.testing.assert_allclose(machine["kloss"].times(), [0, 2, 4, 1, 3, 5])
     np.testing.assert_allclose(machine["table"].speeds, np.array([0, 20, 40]) * np.pi, rtol=1e-14)
     np.testing.assert_allclose(machine["support"].offset, [1e-3, 0, 0, 0, 0, 0])
+    synchronous = machine["synchronous"]
+    np.testing.assert_allclose(synchronous.q_damper_resistances, [0.03], rtol=1e-14)
+    assert float(synchronous.excitation.after) == 100.0
+    np.testing.assert_allclose(synchronous.times(), [1.0, 0.0, 0.08])
+    np.testing.assert_allclose(machine["ripple"].amplitudes, [[200.0], [100.0]], rtol=1e-14)
+    assert float(machine["inverter"].measured.setpoint.level) == pytest.approx(50 * np.pi)

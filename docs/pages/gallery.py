@@ -96,6 +96,7 @@ ENTRIES = [
     Entry(X + "rub_hysteresis.py", "A rub's jumps, up and down", "*.png"),
     Entry(X + "magnetic_bearing_design.py", "A magnetic bearing designed by its sensitivity", "*.png"),
     Entry(X + "gear_mesh.py", "Mesh stiffness, and tip relief against whine", "*.png"),
+    Entry(X + "motor_faults.py", "What its supply does to a motor's coupling", "*.png", options=("--quick",)),
     Entry(X + "critical_speed_design.py", "Critical speeds moved away by gradient", "*.png"),
 ]  # fmt: skip
 

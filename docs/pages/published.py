@@ -47,6 +47,31 @@ def overhung_rotor():
     return rows + [("critical speed, bearings 5, rpm", p, o) for p, o in zip(printed, found)]
 
 
+def synchronous_machines():
+    from test_synchronous_machine import KRAUSE, krause, rated
+
+    rows = []
+    for name, (*_, printed) in KRAUSE.items():
+        machine, motion = rated(name)
+        field = machine.excitation.level / krause(name).excitation.level
+        angle = np.degrees(machine.load_angle(0.0, motion, machine.initial()))
+        rows.append((f"{name}: field over no-load field", printed[0], float(field)))
+        rows.append((f"{name}: load angle, deg", printed[1], float(angle)))
+    kundur = jr.elements.SynchronousMachine.from_standard(
+        555e6, 24e3, 60.0, 1.81, 1.76, 0.3, 0.23, 0.25, 8.0, 0.03, 0.07, 0.15, 0.003, 0.65, 1.0
+    )
+    turn, ohm = 2 * np.pi * 60, 24e3**2 / 555e6
+    printed = [("L_fd", 0.165), ("L_1d", 0.1713), ("L_1q", 0.7252), ("L_2q", 0.125)]
+    found = [kundur.field_leakage, kundur.d_damper_leakage, *kundur.q_damper_leakages]
+    for (words, one), ours in zip(printed, found):
+        rows.append((f"555 MVA: {words}, per unit", one, float(ours * turn / ohm)))
+    printed = [("R_1d", 0.0284), ("R_1q", 0.00619), ("R_2q", 0.02368)]
+    found = [kundur.d_damper_resistance, *kundur.q_damper_resistances]
+    for (words, one), ours in zip(printed, found):
+        rows.append((f"555 MVA: {words}, per unit", one, float(ours / ohm)))
+    return rows
+
+
 def stodola_green():
     from test_linear import GREEN, stodola
 

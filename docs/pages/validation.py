@@ -73,6 +73,10 @@ CASES = {
              "Friswell et al. (2010), Ex. 6.8.1 and 6.9.1, Tables 6.3 and 6.4", published.overhung_rotor,
              "To half of the last printed digit. Real parts are printed to three decimals: where they are near zero their own "
              "difference is all rounding.", quick=False),
+        Case("Synchronous machines at their rated load, and constants from a data sheet",
+             "Krause, Wasynczuk & Sudhoff, Analysis of Electric Machinery and Drive Systems, ch. 5; Kundur 1994, ex. 4.1",
+             published.synchronous_machines, "To the digits printed; the book's text was not at hand, its data and results "
+             "are as they are commonly quoted."),
         Case("Overhung disc on a shaft without mass", "Stodola 1927, Green 1948; closed form", published.stodola_green),
         Case("Onset of instability by rotating damping", "Genta; Vance: w0 (1 + external/internal)", published.onset, quick=False, argued=
              "The paper's own beta = 0.002 s, read as damping that turns with the shaft, would make its machine unstable soon above its "

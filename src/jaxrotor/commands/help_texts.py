@@ -154,7 +154,8 @@ says what there is beside the machine; without it all is done at the drive's hig
   starts = 5000                        wanted, by rainflow and Miner
 
 Drives of starts and faults: kind = "SynchronousStart" (mean torque and a pulsating one of twice the slip's
-frequency), "InductionMotor", and a "Torque" whose value is a "ShortCircuit" or a "Reclosing".
+frequency), "SynchronousMachine" (field, dampers, breaker), "InductionMotor", and a "Torque" whose value is a
+"ShortCircuit" or a "Reclosing". Of an inverter: "TorqueRipple", "InverterDrive".
 
 what it writes:
   interference.png   modes across the lines of all excitations; the forbidden bands; meetings marked

@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..elements.control.inverter import InverterDrive
 from ..elements.drives.engine import EngineTorque
+from ..elements.drives.ripple import TorqueRipple
 from ..linear.orders import order_response
 from ..linear.response import frequency_response
 from ..linear.shafts import shafts_of
@@ -79,14 +81,27 @@ def _per(machine: Machine, one: StrengthOfShaft):
     )
 
 
+def _orders(element) -> np.ndarray:
+    """Per turn of its station."""
+    if isinstance(element, EngineTorque):
+        return np.asarray(element.orders)[np.asarray(element.amplitudes) != 0]
+    if isinstance(element, TorqueRipple):
+        some = np.any(np.asarray(element.amplitudes) != 0, axis=0)
+        return element.pole_pairs * np.asarray(element.orders)[some]
+    if isinstance(element, InverterDrive):
+        some = np.asarray(element.shares) != 0
+        return element.pole_pairs * np.asarray(element.orders)[some]
+    return np.zeros(0)
+
+
 def _engines(machine: Machine) -> list[tuple[str, tuple[float, ...]]]:
-    """The first station of each shaft on which engines act, and the orders of all of them."""
+    """The first station of each shaft on which engines or inverters act, and the orders of all of them."""
     found: dict[str, set[float]] = {}
     for name, element in machine.elements().items():
-        if isinstance(element, EngineTorque):
+        mine = _orders(element)
+        if mine.size:
             station = machine.connections()[name][0].partition(".")[0]
             shaft = next(shaft[0] for shaft in shafts_of(machine) if station in shaft)
-            mine = np.asarray(element.orders)[np.asarray(element.amplitudes) != 0]
             whole = {float(order) for order in mine if float(2 * order).is_integer()}
             found[shaft] = found.get(shaft, set()) | whole
     return [(shaft, tuple(sorted(orders))) for shaft, orders in found.items() if orders]

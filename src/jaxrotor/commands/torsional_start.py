@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..elements.drives.synchronous import SynchronousStart
+from ..elements.drives.synchronous_machine import SynchronousMachine
 from ..linear.torsion import TorsionalMode, torque_carriers
 from ..standards.finding import Assessment
 from ..standards.starts import shaft_torque, start_resonance, starts_allowed
@@ -98,9 +99,12 @@ def _passages(study: Study, modes: list[TorsionalMode]) -> tuple[str, dict[str, 
     mode."""
     machine = study.machine
     for name, element in machine.elements().items():
-        if isinstance(element, SynchronousStart):
+        if isinstance(element, (SynchronousStart, SynchronousMachine)):
             station = machine.connections()[name][0].partition(".")[0]
-            ns, f = abs(float(element.synchronous_speed)), abs(float(element.frequency))
+            ns = abs(float(element.synchronous_speed))
+            f = ns * element.pole_pairs / (2 * np.pi)
+            if ns == 0:  # an inverter starts it
+                continue
             met = {m.name: float(start_resonance(m.frequency, ns, f)) for m in modes}
             return station, {mode: speed for mode, speed in met.items() if speed > 0}
     from ..linear.shafts import shafts_of

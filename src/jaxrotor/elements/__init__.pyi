@@ -45,6 +45,7 @@ from .control.feedback import (
     SpeedError as SpeedError,
     TwistOf as TwistOf,
 )
+from .control.inverter import InverterDrive as InverterDrive
 from .control.loop import ActiveTorque as ActiveTorque
 from .control.magnet import (
     AbstractMagnet as AbstractMagnet,
@@ -92,7 +93,9 @@ from .drives.load import (
 )
 from .drives.motor import DCMotor as DCMotor, KlossMotor as KlossMotor
 from .drives.prescribed import PrescribedSpin as PrescribedSpin
+from .drives.ripple import TorqueRipple as TorqueRipple
 from .drives.synchronous import SynchronousStart as SynchronousStart
+from .drives.synchronous_machine import SynchronousMachine as SynchronousMachine
 from .laws.bilinear import Bilinear as Bilinear
 from .laws.hysteresis import BoucWen as BoucWen, Maxwell as Maxwell
 from .laws.law import (

@@ -53,6 +53,8 @@ class System(eqx.Module):
     layout: Layout = eqx.field(static=True)
     # first and last+1 of the internal states of each group of stations, then of connectors
     rows: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    # of each group, which actor it is
+    acting: tuple[int | None, ...] = eqx.field(static=True)
     stations: tuple[Any, ...]
     ground: tuple[AbstractPrescribed, ...]
     motions: tuple[AbstractMotion, ...]
@@ -198,8 +200,9 @@ def _put_together(
     else:
         condensed = condense(layout, apart, machine.gravity) if apart else None
     matrices = _assemble_linear(layout, [*own, *whole], turn, condensed)
-    actors, rows, first = [], [], 0
+    actors, rows, acting, first = [], [], [], 0
     for (element, nodes), done in zip([*own, *between], [*[False] * len(own), *gone]):
+        acting.append(None)
         if done:
             rows.append((first, first))
             continue
@@ -209,6 +212,7 @@ def _put_together(
             count = jax.eval_shape(lambda e: e.initial(), one).shape[0] * len(nodes[0])
         actor = Actor(element, nodes, (first, first + count))
         if count or (isinstance(element, Acting) and _acts(actor, count)):
+            acting[-1] = len(actors)
             actors.append(actor)
         rows.append((first, first + count))
         first += count
@@ -217,6 +221,7 @@ def _put_together(
     system = System(
         layout,
         tuple(rows),
+        tuple(acting),
         groups,
         ground,  # pyright: ignore
         machine.motions,

@@ -1,7 +1,7 @@
 """The energy audit: what went in, what is stored, what was lost."""
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -154,30 +154,42 @@ def _audit(machine: Machine, system: System, t: Array, y: Array) -> EnergyAudit:
     return EnergyAudit(t, kinetic, elastic, potential, y[:, d], y[:, d + 1])
 
 
-def _books(machine: Machine, system: System) -> list[tuple[Any, tuple, bool, tuple[int, int]]]:
-    """Stacked elements that keep accounts or act from outside: (element, nodes of each end, whether
-    it is Energetic, rows of internal states)."""
+class _Book(NamedTuple):
+    """Of stacked elements that keep accounts or act from outside: the nodes of each end, whether they are
+    `Energetic`, their rows of internal states, and how late their clocks are (`Actor`)."""
+
+    element: Any
+    nodes: tuple[tuple[int, ...], ...]
+    energetic: bool
+    rows: tuple[int, int]
+    late: Float[Array, " members"] | None
+
+
+def _books(machine: Machine, system: System) -> list[_Book]:
     layout, lineup = system.layout, line_up(machine)
     groups = [
         (element, (tuple(range(g.start, g.stop)),))
         for element, g in zip(system.stations, layout.stations)
     ]
     groups += joined(lineup, layout)
+    late = [None if i is None else system.actors[i].late for i in system.acting]
     return [
-        (element, nodes, isinstance(element, Energetic), rows)
-        for (element, nodes), rows in zip(groups, system.rows)
+        _Book(element, nodes, isinstance(element, Energetic), *rest)
+        for (element, nodes), *rest in zip(groups, system.rows, late)
         if isinstance(element, (Energetic, Acting, Massive))
     ]
 
 
-def _each(t, ev: Evaluation, book, method: str):
-    element, nodes, _, (first, last) = book
+def _each(t, ev: Evaluation, book: _Book, method: str):
     q, v = ev.nodes
-    motions = tuple((q[:, list(n)], v[:, list(n)]) for n in nodes)
-    state = ev.states[first:last].reshape(-1, len(nodes[0])) if last > first else None
-    return jax.vmap(lambda e, m, s: getattr(e, method)(t, m, s), in_axes=-1, out_axes=-1)(
-        element, motions, state
-    )
+    motions = tuple((q[:, list(n)], v[:, list(n)]) for n in book.nodes)
+    first, last = book.rows
+    state = ev.states[first:last].reshape(-1, len(book.nodes[0])) if last > first else None
+    # by the clock that the field goes by: a load that jumped a moment before would have its work counted
+    time, axes = (t, None) if book.late is None else (t - book.late, -1)
+    return jax.vmap(
+        lambda e, t, m, s: getattr(e, method)(t, m, s), in_axes=(-1, axes, -1, -1), out_axes=-1
+    )(book.element, time, motions, state)
 
 
 def _powers(t, ev: Evaluation, system: System, books) -> tuple[Array, Array]:
@@ -185,13 +197,13 @@ def _powers(t, ev: Evaluation, system: System, books) -> tuple[Array, Array]:
     put_in = jnp.sum(ev.reaction * ev.v)
     lost = jnp.zeros(())
     for book in books:
-        if isinstance(book[0], Powered):
+        if isinstance(book.element, Powered):
             put_in = put_in + jnp.sum(_each(t, ev, book, "power_in"))
-        if book[2]:
+        if book.energetic:
             lost = lost + jnp.sum(_each(t, ev, book, "power_lost"))
-        elif isinstance(book[0], Acting):
+        elif isinstance(book.element, Acting):
             forces = _each(t, ev, book, "forces") or ()
-            for nodes, force in zip(book[1], forces):
+            for nodes, force in zip(book.nodes, forces):
                 put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
     if ev.answer is not None:
         put_in = put_in + _answered(ev, system)
@@ -231,7 +243,7 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
             )(element, q)
         )
     for book in books:
-        element, nodes = book[:2]
+        element, nodes = book.element, book.nodes
         if is_massive(first_of(element)):
             motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
             if invariant:
@@ -242,6 +254,6 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
                 out_axes=-1,
             )(element, motions)
             kinetic, potential = kinetic + jnp.sum(each[0]), potential + jnp.sum(each[1])
-        if book[2]:
+        if book.energetic:
             elastic += jnp.sum(_each(t, ev, book, "energy"))
     return kinetic, elastic, potential

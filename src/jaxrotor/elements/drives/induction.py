@@ -23,6 +23,7 @@ from ...core.protocol import (
 from ...profiles.schedule import AbstractSchedule, Step, as_schedule
 from .load import about_axis
 from .nameplate import equivalent_circuit
+from .two_axis import turned
 
 
 class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Signalling):
@@ -40,9 +41,13 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
     leakage and magnetizing together. `voltage` is the peak of the phase voltage (V), so the line's
     rms times sqrt(2/3); phase a is `voltage cos(w1 t)`. It and `frequency` (Hz; negative turns
     backward) are numbers or schedules: a Step switches on, or is a blackout with the terminals
-    shorted, a Ramp of both starts softly. At the start all fluxes are zero. No saturation, iron
-    loss or skin effect. Signals: `current` (A, peak of the stator's phase current) and `torque`.
-    Source: Krause, Wasynczuk & Sudhoff, Analysis of Electric Machinery and Drive Systems, ch. 4.
+    shorted, a Ramp of both starts softly. `connected`: the breaker, a number or a schedule, closed
+    where above one half; an opened current decays within `breaker_time` (s), which stands for the arc (what
+    it takes counts as power drawn), and the rotor's flux stays behind: a PulseTrain opens and recloses.
+    `phase` (rad) turns the grid's voltage ahead: a Step to another bus. At the start all fluxes are
+    zero. No saturation, iron loss or skin effect. Signals: `current` (A, peak of the stator's phase
+    current) and `torque`. Source: Krause, Wasynczuk & Sudhoff, Analysis of Electric Machinery and
+    Drive Systems, ch. 4; an opened stator: derived.
     """
 
     stator_resistance: Float[Array, ""] = parameter("ohm", nonnegative=True)
@@ -57,6 +62,13 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         converter=as_schedule, metadata={"drives": "Hz"}
     )
     pole_pairs: int = option(whole(1, 1000), default=1)
+    connected: AbstractSchedule = eqx.field(
+        converter=as_schedule, metadata={"drives": ""}, default=1.0
+    )
+    phase: AbstractSchedule = eqx.field(
+        converter=as_schedule, metadata={"drives": "rad"}, default=0.0
+    )
+    breaker_time: Float[Array, ""] = parameter("s", positive=True, default=1e-3)
 
     signals: ClassVar[dict[str, str]] = {"current": "A", "torque": "N*m"}
 
@@ -82,16 +94,21 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         ((_, v),) = motions
         turn = 2 * jnp.pi * self.frequency.value(t)
         slip = turn - self.pole_pairs * v[5]
-        i = self._currents(state)
-        ds, qs, dr, qr = state
-        return jnp.stack(
-            [
-                self.voltage.value(t) - self.stator_resistance * i[0] + turn * qs,
-                -self.stator_resistance * i[1] - turn * ds,
-                -self.rotor_resistance * i[2] + slip * qr,
-                -self.rotor_resistance * i[3] - slip * dr,
-            ]
-        )
+        rotor = -self.rotor_resistance * self._currents(state)[2:] - slip * turned(state[2:])
+        return jnp.concatenate([self._stator_rates(t, state, turn, rotor), rotor])
+
+    def _stator_rates(self, t: Array, state: Array, turn: Array, rotor: Array) -> Float[Array, "2"]:
+        """V: of the stator's flux linkages, in the grid's frame. `turn`: its speed, rad/s; `rotor`: the
+        rates of the rotor's."""
+        current = self._currents(state)[:2]
+        ahead = self.phase.value(t)
+        grid = self.voltage.value(t) * jnp.stack([jnp.cos(ahead), jnp.sin(ahead)])
+        closed = grid - self.stator_resistance * current - turn * turned(state[:2])
+        # open: the current decays as the stator sees it, and the flux linkage is what is left of the rotor's
+        fading = -current / self.breaker_time - turn * turned(current)
+        share = self.magnetizing_inductance / self.rotor_inductance
+        short = self.stator_inductance - share * self.magnetizing_inductance
+        return jnp.where(self.connected.value(t) > 0.5, closed, short * fading + share * rotor)
 
     def forces(
         self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any
@@ -99,7 +116,8 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         return about_axis(self.torque(t, motions, state))
 
     def times(self) -> Float[Array, " n"]:
-        return jnp.concatenate([self.voltage.jumps(), self.frequency.jumps()])
+        driven = self.voltage, self.frequency, self.connected, self.phase
+        return jnp.concatenate([s.jumps() for s in driven])
 
     def torque(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
         """N·m on the station."""
@@ -122,7 +140,11 @@ class InductionMotor(AbstractAttachment, Stateful, Energetic, Powered, Timed, Si
         return 1.5 * (self.stator_resistance * stator + self.rotor_resistance * rotor)
 
     def power_in(self, t: Float[Array, ""], motions: tuple[Motion, ...], state: Any) -> Array:
-        return 1.5 * self.voltage.value(t) * self._currents(state)[0]
+        turn = 2 * jnp.pi * self.frequency.value(t)
+        current = self._currents(state)[:2]
+        change = self.rates(t, motions, (), state)[:2]
+        terminals = self.stator_resistance * current + change + turn * turned(state[:2])
+        return 1.5 * (terminals @ current)
 
     def _currents(self, state: Float[Array, "4"]) -> Float[Array, "4"]:
         """i_ds, i_qs, i_dr, i_qr, A."""
