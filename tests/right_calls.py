@@ -43,6 +43,8 @@ def line(main=None, section=None, end=None, extra=None, at="main"):
         "shaft": section or jr.Shaft(0.2, 0.012),
         "end": end or jr.PrescribedSpin(jr.ConstantSpeed(100.0)),
     }
+    if "third" in at:
+        parts |= {"joint": jr.Shaft(0.2, 0.012), "third": jr.Rotor(6.0, 0.0187, 0.0102)}
     attachments = {"bearing": (jr.LinearSupport((1e6, 1e6, 1e6, 0.0, 0.0, 0.0)), "main")}
     if extra is not None:
         attachments["extra"] = (extra, at)
@@ -62,6 +64,10 @@ def station(element):
 
 def joint(element):
     return line(section=element)
+
+
+def planets(element):
+    return line(extra=element, at=("main", "end", "third"))
 
 
 def law(x):
@@ -115,6 +121,8 @@ MAGNETS, LEVITATOR = jr.elements.LinearMagnet(100.0, 5e5), jr.elements.PID(1e4, 
 # Seals' arguments.
 LIQUID = (0.2, 0.1, 4e-4, 4e5, 8e-4, 996.0)
 GAS = (0.2, 3e-4, 4e-3, 3.5e-3, 6e5, 3.5e5, 320.0, 188.9, 1.6e-5)
+TEETH = jr.elements.ToothMesh(jr.elements.KelvinVoigt(1e8))
+GEARS = jr.elements.GearPair((20, 40), 0.01, 0.05)
 PARTS: dict[str, tuple] = {
     "Rotor": (station, (6.0, 0.0187, 0.0102)),
     "RigidBody": (station, (6.0, (1.0, 1.2, 1.5))),
@@ -126,6 +134,9 @@ PARTS: dict[str, tuple] = {
     "ElasticMatrix": (joint, (np.eye(12), np.zeros((12, 12)))),
     "UniversalJoint": (joint, (100.0,)),
     "GearMesh": (joint, ((0.1, 0.2), jr.elements.KelvinVoigt(1e8))),
+    "InvoluteMesh": (joint, (GEARS, 1e3, 10.0, 0.1, (), (), 0.5)),
+    "PlanetaryGear": (planets, ((24, 36, 96), 0.03, 1e-3, TEETH, TEETH, (0.5,))),
+    "RigidGears": (station, ((0.1, 0.2), (1.0, 2.0))),
     "AddedInertia": (attached, (0.1,)),
     "Brake": (attached, (1.0,)),
     "DCMotor": (attached, (1.0, 1e-3, 0.1, 12.0)),

@@ -298,7 +298,8 @@ def test_clutch_slips_by_coulombs_law_and_then_holds():
 
 def test_geared_fan_runs_at_the_gears_ratio():
     run = ran("geared_train")
-    r1, r2, fan = 0.0297642, 0.0867044, 0.105
+    r1, r2 = 0.5 * 2.5e-3 / np.cos(np.deg2rad(15.0)) * np.array([23, 67])
+    fan = 0.105
 
     def surplus(w):  # at the motor: its torque less the fan's, through the gear
         return kloss(w, 255.0, 0.14, 1500 * RPM) - fan * (w * r1 / r2) ** 2 * r1 / r2
@@ -311,7 +312,8 @@ def test_geared_fan_runs_at_the_gears_ratio():
     assert motor == pytest.approx(speed, rel=1e-5)
     assert out / motor == pytest.approx(-r1 / r2, rel=1e-6)
     # along the line of action, which leans by the pressure angle and the helix
-    pressure, helix = np.deg2rad(20.647), np.deg2rad(15.0)
+    pressure = np.arctan(np.tan(np.deg2rad(20.0)) / np.cos(np.deg2rad(15.0)))
+    helix = np.arctan(np.tan(np.deg2rad(15.0)) * np.cos(pressure))  # of the flank's normal
     force = fan * (speed * r1 / r2) ** 2 / (r2 * np.cos(pressure) * np.cos(helix))
     teeth = run("mesh.tooth_force")[last]
     assert teeth.mean() == pytest.approx(force, rel=1e-4)

@@ -1,6 +1,7 @@
 """Gear meshes and branches: TOR-01, TOR-02, ratios, forces, balances, derivatives."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -130,7 +131,13 @@ def test_ratio_and_tooth_force(run):
 
 def test_forces_of_a_mesh_at_one_instant():
     """By the vectors of the pair: flank normal, arms, virtual work; error and its torque on phi."""
-    machine = pair(error_amplitudes=[2e-6], error_phases=[0.3], teeth=24.0)
+    machine = pair(
+        error_amplitudes=[2e-6],
+        error_phases=[0.3],
+        teeth=24.0,
+        stiffness_amplitudes=[0.2, 0.1],
+        stiffness_phases=[0.5, 1.0],
+    )
     rng = np.random.default_rng(5)
     q, v = rng.normal(size=(2, 3, 6)) * 1e-5
     names = machine.wiring.stations
@@ -146,9 +153,11 @@ def test_forces_of_a_mesh_at_one_instant():
     error = 2e-6 * np.cos(24 * 0.4 + 0.3)
     slope = -24 * 2e-6 * np.sin(24 * 0.4 + 0.3)
     delta, delta_t = n @ moved - error, n @ rate - slope * 50.0
-    force = 1e7 * delta + 500.0 * delta_t
+    share = 1 + 0.2 * np.cos(24 * 0.4 + 0.5) + 0.1 * np.cos(48 * 0.4 + 1.0)
+    steep = -24 * 0.2 * np.sin(24 * 0.4 + 0.5) - 48 * 0.1 * np.sin(48 * 0.4 + 1.0)
+    force = share * (1e7 * delta + 500.0 * delta_t)
     on_a = -force * np.concatenate([n, np.cross(0.05 * out, n)])
-    on_a[5] += force * slope
+    on_a[5] += force * slope - 0.5 * 1e7 * delta**2 * steep
     on_b = force * np.concatenate([n, np.cross(-0.1 * out, n)])
     # the mesh turns by chi: that is what was given above
     phi, rate = q[:, 5] - q[:, 3] * q[:, 4] / 2, v[:, 3] * q[:, 4] + q[:, 3] * v[:, 4]
@@ -162,10 +171,18 @@ def test_forces_of_a_mesh_at_one_instant():
 @pytest.mark.parametrize(
     "mesh, error",
     [
-        (jr.elements.KelvinVoigt(1e7, 500.0), dict(error_amplitudes=[2e-6], error_phases=[0.3])),
+        (
+            jr.elements.KelvinVoigt(1e7, 500.0),
+            dict(
+                error_amplitudes=[2e-6],
+                error_phases=[0.3],
+                stiffness_amplitudes=[0.2, 0.1],
+                stiffness_phases=[0.0, 0.7],
+            ),
+        ),
         (jr.elements.Backlash(gap=1e-4, stiffness=1e7, damping=500.0), {}),
     ],
-    ids=["transmission error", "backlash"],
+    ids=["transmission error and stiffness that varies", "backlash"],
 )
 def test_balance(mesh, error):
     """The error turns with the pinion and acts back on it; a loose pair rattles by Kvaerno5."""
@@ -193,13 +210,19 @@ def test_derivatives():
 
     def forces(x):
         gear = jr.GearMesh(
-            x[:2], jr.elements.KelvinVoigt(x[2], x[3]), x[4], x[5], x[6], x[7], x[8:10], x[10:12]
+            x[:2],
+            jr.elements.KelvinVoigt(x[2], x[3]),
+            *x[4:8],
+            x[8:10],
+            x[10:12],
+            x[12:14],
+            x[14:16],
         )
         on = gear.forces(jnp.zeros(()), motions, jnp.zeros(0))
         books = gear.energy(0.0, motions, None), gear.power_lost(0.0, motions, None)
         return jnp.concatenate([*on, jnp.stack(books)])
 
-    x = [0.05, 0.1, 1e7, 500.0, 0.35, 0.2, 0.7, 24.0, 2e-6, 1e-6, 0.3, -0.4]
+    x = [0.05, 0.1, 1e7, 500.0, 0.35, 0.2, 0.7, 24.0, 2e-6, 1e-6, 0.3, -0.4, 0.2, 0.1, 0.5, -0.7]
     assert_derivatives_agree(forces, x, rtol=1e-6, step=1e-5)
 
 
@@ -222,10 +245,83 @@ def test_a_free_pair_keeps_its_momenta():
     assert float(jnp.ptp(end["b"].speed)) > 1.0
 
 
+def lin_and_parker(planets):
+    """Natural frequencies, Hz, of their planetary gear by the stretches of its springs: coordinates x, y,
+    u = r phi of carrier, ring and sun, and along each planet's radius, across it and u, all in m."""
+    n, alpha = 9 + 3 * planets, np.deg2rad(24.6)
+    M, K = np.tile([0.66, 0.66, 0.61], 3 + planets), np.zeros((n, n))
+    M[:9] = [5.43, 5.43, 6.29, 2.35, 2.35, 3.0, 0.4, 0.4, 0.39]
+    for i in (0, 1, 3, 4, 6, 7):
+        K[i, i] = 1e8
+    K[5, 5] = 1e9
+    for p in range(planets):
+        psi, own = 2 * np.pi * p / planets, slice(9 + 3 * p, 12 + 3 * p)
+        sun, ring, along, across = np.zeros((4, n))
+        sun[6:9] = -np.sin(psi - alpha), np.cos(psi - alpha), 1
+        sun[own] = -np.sin(alpha), -np.cos(alpha), 1
+        ring[3:6] = -np.sin(psi + alpha), np.cos(psi + alpha), 1
+        ring[own] = np.sin(alpha), -np.cos(alpha), -1
+        along[:2], along[own] = (np.cos(psi), np.sin(psi)), (-1, 0, 0)
+        across[:3], across[own] = (-np.sin(psi), np.cos(psi), 1), (0, -1, 0)
+        for k, row in ((5e8, sun), (5e8, ring), (1e8, along), (1e8, across)):
+            K += k * np.outer(row, row)
+    return np.sqrt(np.abs(np.linalg.eigvalsh(K / np.sqrt(np.outer(M, M))))) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("planets", [3, 4])
+def test_rings_with_teeth_inside_against_planetary_gears(planets):
+    """Lin & Parker, J. Vib. Acoust. 121 (1999) 316: sun, ring, carrier and planets on springs, seen from the
+    carrier, gyroscopic moments left out; their equations and figures. The meshes' stiffness is that of
+    `GearMesh.forces`; what holds the parts is written here."""
+    alpha, count = np.deg2rad(24.6), 3 + planets
+    sun, ring, carrier = range(3)
+    mass = {sun: (0.4, 0.39), ring: (2.35, 3.0), carrier: (5.43, 6.29)}  # kg: m, J/r²
+    base = {sun: 77.42e-3 / 2, ring: 275.03e-3 / 2, carrier: 176.8e-3 / 2}
+    pitch = {k: r / np.cos(alpha) for k, r in base.items()}
+    planet = 100.35e-3 / 2 / np.cos(alpha)
+    M, K = np.zeros((2, 3 * count, 3 * count))  # x, y, phi of each
+    for k in range(count):
+        m, i = mass.get(k, (0.66, 0.61))
+        r = base.get(k, 100.35e-3 / 2)
+        M[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = np.diag([m, m, i * r**2])
+        if k in mass:
+            K[3 * k, 3 * k] = K[3 * k + 1, 3 * k + 1] = 1e8
+    K[3 * ring + 2, 3 * ring + 2] = 1e9 * base[ring] ** 2
+
+    def add(matrix, a, b):
+        rows = [3 * a + i for i in range(3)] + [3 * b + i for i in range(3)]
+        K[np.ix_(rows, rows)] += matrix
+
+    law = jr.elements.KelvinVoigt(5e8)
+    turned = np.array([0, 1, 5, 6, 7, 11])
+
+    @eqx.filter_jit
+    def stiffness(mesh):
+        def force(q):
+            still = jnp.zeros(6)
+            return -jnp.concatenate(mesh.forces(0.0, ((q[:6], still), (q[6:], still)), None))
+
+        return jax.jacfwd(force)(jnp.zeros(12))[turned][:, turned]
+
+    for p in range(planets):
+        angle, k = 2 * np.pi * p / planets, 3 + p
+        # the sun drives the planet, which turns with -phi and drives the ring by the flanks of that sense
+        add(stiffness(jr.GearMesh([pitch[sun], planet], law, alpha, 0.0, angle)), sun, k)
+        add(stiffness(jr.GearMesh([planet, -pitch[ring]], law, -alpha, 0.0, angle)), k, ring)
+        pin = np.array([[1, 0, -base[carrier] * np.sin(angle), -1, 0, 0],
+                        [0, 1, base[carrier] * np.cos(angle), 0, -1, 0]])  # fmt: skip
+        add(1e8 * pin.T @ pin, carrier, k)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    found = np.sqrt(np.abs(squares)) / (2 * np.pi)
+    np.testing.assert_allclose(found[1:], lin_and_parker(planets)[1:], rtol=1e-7)
+    assert found[0] < 0.1  # all turning together
+
+
 @pytest.mark.parametrize(
     "options, sentence",
     [
-        (dict(radii=[0.05, -0.1]), "`g`: radii must be positive, but is -0.1 m"),
+        (dict(radii=[-0.05, 0.1]), "`g`: radii must be positive, or that of gear b negative"),
+        (dict(radii=[0.1, -0.05]), "`g`: radii must be positive, or that of gear b negative"),
         (
             dict(pressure_angle=20.0),
             "`g`: pressure_angle must be below a right angle, but is 20 rad",
@@ -233,6 +329,10 @@ def test_a_free_pair_keeps_its_momenta():
         (
             dict(error_amplitudes=[1e-6]),
             "`g`: error_amplitudes and error_phases must be equally long",
+        ),
+        (
+            dict(stiffness_amplitudes=[1.1], stiffness_phases=[0.0]),
+            "`g`: stiffness_amplitudes must leave the teeth some stiffness",
         ),
     ],
 )

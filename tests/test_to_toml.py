@@ -100,7 +100,9 @@ def everything(monkeypatch):
             connections[name] = places if len(places) > 1 else places[0]
         return name
 
+    elements["third"] = jr.Rotor(6.0, 0.0187, 0.0102)
     add("joint", jr.Shaft(0.2, 0.012), "main", "end")
+    add("joint", jr.Shaft(0.2, 0.012), "main", "third")
     for stands in every_part(monkeypatch):
         places = stands.get("at", "main")
         for key in ("main", "end"):

@@ -2,7 +2,7 @@
 
 import numpy as np
 from helpers import at_instants
-from right_calls import ANGLE, GAS, LIQUID, WAVE, T, attached, controller, joint, line, loop
+from right_calls import ANGLE, GAS, GEARS, LIQUID, WAVE, T, attached, controller, joint, line, loop
 
 import jaxrotor as jr
 from jaxrotor.elements import PD, SampledTorque
@@ -69,6 +69,11 @@ def named():
         "no arguments": lambda: jr.Rotor(),
         "force towards nowhere": lambda: attached(jr.Force(1.0, direction=(0, 0, 0))),
         "balls that cannot fit": lambda: attached(jr.RollingBearing(1e9, 0.01, 0.05, balls=20)),
+        "gears under no force": lambda: GEARS.mesh_stiffness(0.0),
+        "gears of half a harmonic": lambda: GEARS.gear_mesh(1e3, harmonics=0.5),
+        "gears of few samples": lambda: GEARS.loaded(1e3, samples=2),
+        "gears at text": lambda: GEARS.stiffness(1e3, "here"),
+        "teeth at nan": lambda: GEARS.pair_stiffness(1e3, nan),
         "seal at no speed": lambda: jr.elements.AnnularSeal(*LIQUID).coefficients(None),
         "seal over falling speeds": lambda: jr.elements.AnnularSeal(*LIQUID).support([9.0, 1.0]),
         "seal of nothing": lambda: jr.elements.AnnularSeal(*LIQUID[:-1], 0.0).coefficients(9.0),

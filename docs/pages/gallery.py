@@ -61,6 +61,7 @@ ENTRIES = [
     Entry(C + "friswell_two_disc.toml", "The two-disc rotor of Friswell et al. runs up", "*distances*"),
     Entry(C + "braking_through_critical.toml", "A centrifuge brakes through its critical speed", "whirl_over_speed*"),
     Entry(C + "geared_train.toml", "A fan behind a helical gear", "what_the_teeth*"),
+    Entry(C + "planetary_reducer.toml", "A planetary gear and a rigid stage", "what_the_planets*"),
     Entry(C + "motor_coupling_pump.toml", "A pump set is switched on", "the_motor_s_transient*"),
     Entry(C + "clutch_start.toml", "A clutch starts a machine", "the_clutch*"),
     Entry(C + "clutch_bench.toml", "A slipping clutch on its bench", "the_clutch*"),
@@ -95,6 +96,7 @@ ENTRIES = [
     Entry(X + "oil_whirl.py", "Whirl, then whip", "*.png"),
     Entry(X + "rub_hysteresis.py", "A rub's jumps, up and down", "*.png"),
     Entry(X + "magnetic_bearing_design.py", "A magnetic bearing designed by its sensitivity", "*.png"),
+    Entry(X + "gear_mesh.py", "Mesh stiffness, and tip relief against whine", "*.png"),
     Entry(X + "motor_faults.py", "What its supply does to a motor's coupling", "*.png", options=("--quick",)),
     Entry(X + "critical_speed_design.py", "Critical speeds moved away by gradient", "*.png"),
 ]  # fmt: skip

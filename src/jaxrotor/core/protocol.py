@@ -41,6 +41,8 @@ class AbstractInertia(AbstractStation):
 
     # True where the equations are linear in the angles: they are then given chi, as force laws are.
     small_tilts: ClassVar[bool] = False
+    # True where nothing but phi moves: the machine holds the rest.
+    turns_only: ClassVar[bool] = False
     # True where `weight` only adds gravity to x'', y'' and z'', as to a rigid body, wherever its mass
     # centre is: it is then added to these.
     falls_freely: ClassVar[bool] = False
@@ -210,11 +212,20 @@ class Carried(AbstractStation):
 
 
 class Geared(AbstractElement):
-    """Joins two lines that turn at different speeds."""
+    """Joins two lines that turn at different speeds; as a station, two of its ports do."""
 
     @abc.abstractmethod
     def ratio(self) -> Float[Array, ""]:
         """Speed of the second station over that of the first."""
+
+
+class Epicyclic(Geared):
+    """Three stations on one axis of which two speeds make the third. Its `ratio` is that of the first two
+    where the third stands still."""
+
+    @abc.abstractmethod
+    def balance(self) -> Float[Array, "3"]:
+        """What the speeds of its stations are multiplied by so that the sum is nothing (Willis)."""
 
 
 class Prepared(AbstractElement):
@@ -315,6 +326,10 @@ class Ported(AbstractStation):
 
     # Names of the ports that may be wired to, beside the centre itself.
     ports: eqx.AbstractClassVar[tuple[str, ...]]
+
+    def turns(self, port: str) -> Float[Array, ""]:
+        """How many times as fast as the station `port` turns, where gears stand between: as `shift` says."""
+        return jnp.ones(())
 
     @abc.abstractmethod
     def shift(self, port: str, q: Vec6) -> Vec6 | None:

@@ -75,9 +75,16 @@ from .couplings.coupling import (
     Coupling as Coupling,
     Misalignment as Misalignment,
 )
+from .couplings.engagement import LoadedMesh as LoadedMesh, MeshStiffness as MeshStiffness
 from .couplings.gear import GearMesh as GearMesh
+from .couplings.gear_pair import GearPair as GearPair
+from .couplings.involute_mesh import InvoluteMesh as InvoluteMesh
+from .couplings.iso_stiffness import IsoStiffness as IsoStiffness
 from .couplings.joint import UniversalJoint as UniversalJoint
 from .couplings.matrix import ElasticMatrix as ElasticMatrix, DampingMatrix as DampingMatrix
+from .couplings.planetary import PlanetaryGear as PlanetaryGear
+from .couplings.rigid_gears import RigidGears as RigidGears
+from .couplings.tooth_mesh import ToothMesh as ToothMesh
 from .couplings.torsional_damper import TorsionalDamper as TorsionalDamper
 from .drives.engine import EngineTorque as EngineTorque
 from .drives.governor import SpeedGovernor as SpeedGovernor

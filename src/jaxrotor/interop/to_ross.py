@@ -256,6 +256,11 @@ class _Writer:
                 continue
             if float(mesh.helix_angle) or mesh.error_amplitudes.size:
                 self.faults.add(name, "helical gears and transmission errors cannot be carried")
+            if mesh.stiffness_amplitudes.size or float(mesh.radii[1]) < 0:
+                self.faults.add(
+                    name, "varying stiffness and rings with inner teeth cannot be carried"
+                )
+                continue
             radii, teeth = np.asarray(mesh.radii), float(mesh.teeth)
             counts = np.array([teeth, teeth * radii[1] / radii[0]])
             if np.abs(counts - np.round(counts)).max() > 1e-6:

@@ -15,11 +15,12 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.parameter import known
 from ..core.picked import block
-from ..core.protocol import Geared, Nominal
+from ..core.protocol import Nominal
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..machine.field import relative_field
 from ..machine.machine import Machine
+from ..machine.speed_ratios import is_geared
 from ..machine.system import assemble_both
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
@@ -33,7 +34,7 @@ from .linearise import check_linearized, holding, linearize
 from .observe import outputs_of, sensitivity
 from .poles import beside_poles, nearly_unbounded, poles_of
 from .response import POWER, FrequencyResponse, Kind, as_complex, as_names, check_kind, solve
-from .shafts import driven_station, joined_with
+from .shafts import driven_station, joined_with, line_of
 from .whirling import refuse_whirl_dependent
 
 # Orders are multiples of a half: what repeats in two turns, as a four-stroke engine does.
@@ -126,7 +127,7 @@ def _at_orders(machine, outputs, speeds, orders, at, shaft) -> OrderResponse:
     outputs = as_names(outputs)
     speeds = jnp.atleast_1d(jnp.asarray(speeds, float))
     machine.check()
-    geared = any(isinstance(c, Geared) for c in machine.connectors)
+    geared = is_geared(machine)
     if geared or any(order != 1.0 for order in orders):
         refuse_whirl_dependent(machine, "an order other than the first, or a machine with gears,")
     if shaft is not None and shaft not in machine.wiring.stations:
@@ -226,9 +227,9 @@ def _members(machine: Machine, shaft: str | None) -> frozenset[str]:
     stations = machine.wiring.stations
     start = stations.index(shaft) if shaft is not None else driven_station(machine)
     reached = joined_with(machine, start)
-    names = {stations[s] for s in reached if s < len(machine.stations)}
+    names = {stations[s] for s, port in reached if s < len(machine.stations) and not port}
     for name, ends in zip(machine.wiring.connectors, machine.wiring.ends):
-        if ends[0][0] in reached:  # a gear pair's error belongs to its gear a
+        if line_of(machine, ends[0]) in reached:  # a gear pair's error belongs to its gear a
             names.add(name)
     return frozenset(names)
 

@@ -16,16 +16,23 @@ def driven_station(machine: Machine) -> int:
     return layout.internal.index(node)
 
 
-def joined_with(machine: Machine, station: int) -> frozenset[int]:
-    """Stations, by number, that are reached from one without passing gears; it too."""
+def line_of(machine: Machine, end: tuple[int, str]) -> tuple[int, str]:
+    """A station, by number, and which of the lines that turn there: its own, "", or a port's behind gears."""
+    station, port = end
+    geared = station < len(machine.stations) and isinstance(machine.stations[station], Geared)
+    return station, port if geared else ""
+
+
+def joined_with(machine: Machine, station: int) -> frozenset[tuple[int, str]]:
+    """What is reached from a station without passing gears, as `line_of` tells it; it too."""
     links = [
-        ends
+        tuple(line_of(machine, end) for end in ends)
         for ends, c in zip(machine.wiring.ends, machine.connectors)
         if not isinstance(c, Geared)
     ]
-    reached, grown = {station}, True
+    reached, grown = {(station, "")}, True
     while grown:
-        new = {s for ends in links if any(e in reached for e, _ in ends) for s, _ in ends}
+        new = {place for ends in links if any(e in reached for e in ends) for place in ends}
         new -= reached
         reached |= new
         grown = bool(new)
@@ -34,10 +41,11 @@ def joined_with(machine: Machine, station: int) -> frozenset[int]:
 
 def shafts_of(machine: Machine) -> tuple[tuple[str, ...], ...]:
     """The names of the stations of each shaft, in the order of the machine; the driven shaft first. A shaft
-    is what turns at one speed: all that is reached without passing gears."""
+    is what turns at one speed: all that is reached without passing gears. Rigid gears count to that of gear
+    a."""
     names = machine.wiring.stations[: len(machine.stations)]
-    found: list[frozenset[int]] = []
+    found: list[frozenset[tuple[int, str]]] = []
     for start in (driven_station(machine), *range(len(names))):
-        if not any(start in shaft for shaft in found):
+        if not any((start, "") in shaft for shaft in found):
             found.append(joined_with(machine, start))
-    return tuple(tuple(n for k, n in enumerate(names) if k in shaft) for shaft in found)
+    return tuple(tuple(n for k, n in enumerate(names) if (k, "") in shaft) for shaft in found)

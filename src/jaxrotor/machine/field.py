@@ -240,6 +240,12 @@ def _evaluate(
 
     # nodes: relative motion for the assembled part, absolute for force laws
     shift, shift_t, pull = ports(q, v, system)
+    if shift is not None and shift_t is not None and system.turn is not None:
+        # what a port behind gears turns with the reference is not its station's
+        owners = np.array(layout.node_station)
+        more = system.turn[:m] - system.turn[owners]
+        shift = with_last(shift, shift[5] - more * phi)
+        shift_t = with_last(shift_t, shift_t[5] - more * w)
     U, S = spread(u, layout, shift), spread(s, layout, shift_t)
     whole = outputs or (g and not system.quiet_ground)
     if whole and g:

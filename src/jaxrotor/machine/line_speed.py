@@ -18,5 +18,8 @@ def line_speed(t: Float[Array, ""], y: Float[Array, " d"], system: System) -> Fl
         return jnp.zeros_like(t)
     own = y[free.size + spins]
     if system.turn is not None:
-        own = own / system.turn[free[spins] % system.layout.n_mass]
+        turn = system.turn[free[spins] % system.layout.n_mass]
+        turns = turn != 0  # what stands still where the line turns tells nothing of it
+        own = jnp.where(turns, own / jnp.where(turns, turn, 1.0), 0.0)
+        return jnp.sum(own) / jnp.sum(turns)
     return jnp.mean(own)

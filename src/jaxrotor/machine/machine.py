@@ -416,6 +416,15 @@ def _hold(
                 )
             held.append(Held(index, coordinate(name, c), len(motions)))
             motions.append(motion)
+    for index, part in enumerate(stations):
+        if isinstance(part, AbstractInertia) and part.turns_only:
+            own = {h.coordinate: h.motion for h in held if h.station == index}
+            if any(c < 5 and motion != FIXED for c, motion in own.items()):
+                raise InputError(
+                    f"`{wiring.stations[index]}`: turns alone, a {type(part).__name__}: prescribe no more "
+                    "than its phi"
+                )
+            held += [Held(index, c, FIXED) for c in range(5) if c not in own]
     places = [(h.station, h.coordinate) for h in held]
     for s, c in places:
         if places.count((s, c)) > 1:

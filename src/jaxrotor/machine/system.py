@@ -191,7 +191,7 @@ def _put_together(
     own = [
         (stacked, (tuple(range(g.start, g.stop)),)) for stacked, g in zip(groups, layout.stations)
     ]
-    turn = turning(layout, between)
+    turn = turning(layout, groups, between)
     apart = [pair for pair, condensed in zip(between, gone) if condensed]
     whole = [pair for pair, condensed in zip(between, gone) if not condensed]
     turning_too = any(isinstance(element, Nominal) for element, _ in apart)

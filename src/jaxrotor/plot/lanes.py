@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite, Geared
+from ..core.protocol import AbstractConnector, AbstractPrescribed, Composite, Epicyclic, Geared
 from ..elements.bearings.self_aligning import SelfAligningBearing
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.rotor import Rotor
@@ -46,6 +46,11 @@ def positions(machine: Machine) -> dict[str, tuple[float, int]]:
                 length = 0.0 if geared else max(usual, (1 + _FREE) * both)
             joined[names[0]].append((names[1], length, 0 if geared else 1))
             joined[names[1]].append((names[0], length, 0 if geared else -1))
+        elif isinstance(connector, Epicyclic):
+            (first, _), *others = ends
+            for other, _ in others:
+                joined[own[first]].append((own[other], 0.0, 0))
+                joined[own[other]].append((own[first], 0.0, 0))
     placed: dict[str, tuple[float, int]] = {}
     taken: dict[str, set[int]] = {s: set() for s in own}
     lanes = 0

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 
-from ..core.protocol import AbstractConnector, AbstractPrescribed, Geared
+from ..core.protocol import AbstractConnector, AbstractPrescribed, Epicyclic, Geared
 from ..elements.bearings.self_aligning import SelfAligningBearing
 from ..elements.rotors.body import RigidBody
 from ..elements.rotors.node import Node
@@ -49,6 +49,9 @@ def draw_machine(machine: Machine, ax: Given | None = None) -> Axes:
         if isinstance(connector, AbstractConnector):
             ends = [machine.wiring.stations[s] for s, _ in ends]
             _draw_connection(panel, drawing, name, connector, ends, words[name])
+        elif isinstance(connector, Epicyclic):
+            z, levels = zip(*(drawing.at(machine.wiring.stations[s]) for s, _ in ends))
+            panel.plot(z, levels, color=COLOURS[4], linewidth=2, zorder=1)
     thick = _shaft_radii(machine)
     for name, station in zip(machine.wiring.stations, machine.stations):
         _draw_station(panel, station, drawing, machine, name, thin)

@@ -17,6 +17,7 @@ from ..elements.shafts.twist import damped_rates
 from ..machine.field import Evaluation, unpack
 from ..machine.lineup import structure_of
 from ..machine.machine import Machine
+from ..machine.speed_ratios import port_turns
 from ..machine.system import System
 from ..machine.wiring import FIXED, unknown
 from ..simulation.named_parts import part_of, signals_of
@@ -71,7 +72,10 @@ def _twist(system: System, t: Array, y: Array, places: tuple[int, int]) -> Array
             turn = 1.0 if system.turn is None else system.turn[layout.n_nodes :][: layout.n_ground]
             given.append(system.given(t, reference)[0][5] - turn * reference[0])
         if system.condensed is not None:
-            at_nodes = [picked(turned, layout.node_station), *given]
+            own = picked(turned, layout.node_station)
+            for node, turns in port_turns(layout, system.stations).items():
+                own = own.at[node].multiply(turns)
+            at_nodes = [own, *given]
             following.append(system.condensed.turned(jnp.concatenate(at_nodes)))
         turned = jnp.concatenate([turned, *given, *following])
         return ratio * turned[b] - turned[a]

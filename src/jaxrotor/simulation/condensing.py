@@ -9,12 +9,13 @@ from jaxtyping import Array
 
 from ..core.errors import InputError
 from ..core.parameter import is_concrete
-from ..core.protocol import AbstractPrescribed, Geared
+from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
 from ..machine.condensation import FULL, Condensation, condensed_by
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.reduction import choose
+from ..machine.speed_ratios import is_geared
 from ..machine.wiring import FIXED
 from .prescribed import looks
 from .remembered import Remembered
@@ -45,7 +46,7 @@ def _fastest(machine: Machine, simulation: Simulation) -> float | None:
     ends = [s for s in machine.stations if isinstance(s, AbstractPrescribed)]
     held = [h for h in machine.wiring.held if h.coordinate == 5 and h.motion != FIXED]
     turned = [machine.motions[h.motion] for h in held]
-    if not (ends or turned) or any(isinstance(c, Geared) for c in machine.connectors):
+    if not (ends or turned) or is_geared(machine):
         return None
     speeds = np.abs(_speeds((ends, turned), jax.device_put(looks(simulation.t_end))))
     own = simulation.speed

@@ -1,6 +1,6 @@
 """Which turnings about the axis nothing resists: the common one of each free line."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +8,9 @@ import numpy as np
 from jaxtyping import Array
 
 from ..core.picked import block
+from ..core.protocol import Nominal
 from ..machine.field import initial_states
+from ..machine.speed_ratios import port_turns
 from ..machine.system import Actor, System
 
 # What resists a turning by less than this part of what the stiffest shaft would resists nothing.
@@ -44,9 +46,13 @@ def turning_at_rest(system: System) -> Turning | None:
     slopes = [-system.whole.reshape(6, n, 2, 6, n)[5, :, 0, 5], jnp.zeros((n, n))]
     for actor in system.actors:
         slopes = [x + more for x, more in zip(slopes, _resistance(actor, system, n))]
-    # ports turn with their stations
-    owner = np.zeros((n, layout.n_mass))
+    # ports turn with their stations, those behind gears so many times
+    owner: Any = np.zeros((n, layout.n_mass))
     owner[np.arange(layout.n_nodes), np.array(layout.node_station, int)] = 1.0
+    for node, turns in port_turns(layout, system.stations).items():
+        own = np.zeros_like(owner)
+        own[node] = owner[node]
+        owner = jax.lax.stop_gradient(owner + own * (turns - 1))
     at = free[turning] % layout.n_mass
     near, far = (block(jax.lax.stop_gradient(owner.T @ x @ owner), at, at) for x in slopes)
     S = 0.5 * (near + near.T + far + far.T)
@@ -68,12 +74,17 @@ def _resistance(actor: Actor, system: System, n: int) -> tuple[Array, Array]:
     state = initial_states(system)[slice(*actor.states)].reshape(-1, count)
     states = state if state.size else None
     still = jnp.zeros((ends, count))
+    element = actor.element
+    if isinstance(
+        element, Nominal
+    ):  # what goes with the shaft's angle, as teeth's errors do, holds nothing
+        element = jax.vmap(lambda e: e.nominal(), in_axes=-1, out_axes=-1)(element)
 
     def torques(angles):  # (ends, members)
         at = jnp.zeros((6, count))
         motions = tuple((at.at[5].set(angles[k]), at) for k in range(ends))
         found = jax.vmap(lambda e, m, s: e.forces(jnp.zeros(()), m, s), in_axes=-1, out_axes=-1)(
-            actor.element, motions, states
+            element, motions, states
         )
         return jnp.stack([force[5] for force in found])
 

@@ -14,7 +14,7 @@ from ..core.errors import InputError
 from ..core.gate import takes
 from ..core.kinematics import COORDINATES
 from ..core.parameter import known
-from ..core.protocol import Geared, Nominal
+from ..core.protocol import Nominal
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..elements.rotors.rotor import Rotor
@@ -24,6 +24,7 @@ from ..linear.linearise import check_linearized, linearize, rates_over_speed
 from ..linear.resolvent import resolvent
 from ..linear.response import FrequencyResponse, as_complex, solve
 from ..machine.machine import Machine
+from ..machine.speed_ratios import is_geared
 from ..machine.wiring import unknown
 from ..simulation.condensing import may_condense
 from .curve import without_slopes
@@ -179,7 +180,7 @@ def excited(
     check_linearized(at)
     machine.check()
     placed = own_unbalance(machine) if unbalance is None else as_placed(unbalance)
-    if any(isinstance(c, Geared) for c in machine.connectors):
+    if is_geared(machine):
         raise InputError(
             "unbalance: in a machine with gears a placed unbalance has no one speed: set those of its rotors "
             "and take unbalance_response(shaft=...)"

@@ -15,6 +15,8 @@ from ..core.parameter import known
 from ..core.quick import traced
 from ..core.result_text import shows
 from ..elements.couplings.gear import GearMesh
+from ..elements.couplings.involute_mesh import InvoluteMesh
+from ..elements.couplings.planetary import PlanetaryGear
 from ..linear.instant import prepare
 from ..linear.linearise import linearize
 from ..linear.shafts import shafts_of
@@ -50,7 +52,8 @@ def torsional_excitations(
 ) -> tuple[TorsionalExcitation, ...]:
     """What a torsional analysis looks at: each of the `orders` of every shaft, by the name of its first
     station with a station's own; the line's frequency (Hz) and twice that, where one is given; and, with
-    `mesh`, the tooth frequency of each `GearMesh`, by its number of `teeth`.
+    `mesh`, the tooth frequency of each `GearMesh` or `InvoluteMesh`, by its number of `teeth`, and of each
+    `PlanetaryGear`, by how fast its sun and carrier turn.
 
     A shaft is what turns at one speed, between the gears. Add your own: the result is a tuple of
     `TorsionalExcitation`. Source: the list of API 684's torsional tutorial as open papers give it (Wang,
@@ -69,7 +72,7 @@ def torsional_excitations(
             TorsionalExcitation("2x line frequency", frequency=2 * w),
         ]
     for name, element in machine.elements().items() if mesh else ():
-        if isinstance(element, GearMesh):
+        if isinstance(element, (GearMesh, InvoluteMesh)):
             first = machine.connections()[name][0].partition(".")[0]
             teeth = known(element.teeth)
             if teeth is None:
@@ -77,7 +80,30 @@ def torsional_excitations(
                     f"`{name}`: teeth must be a known number, not one that is differentiated"
                 )
             found.append(TorsionalExcitation(f"{name} teeth", float(teeth), first))
+        if isinstance(element, PlanetaryGear):
+            found.append(_planets_mesh(machine, name, element))
     return tuple(found)
+
+
+def _planets_mesh(machine: Machine, name: str, gear: PlanetaryGear) -> TorsionalExcitation:
+    """`z_s (w_s - w_c)`, as an order of the faster of these two."""
+    turns, teeth = known(_turns(machine)), known(gear.teeth)
+    if turns is None or teeth is None:
+        raise InputError(
+            f"`{name}`: teeth and ratios must be known numbers, not ones that are differentiated"
+        )
+    sun, carrier, _ = (place.partition(".")[0] for place in machine.connections()[name])
+    own = {place: float(turns[machine.wiring.stations.index(place)]) for place in (sun, carrier)}
+    shaft = max(own, key=lambda place: abs(own[place]))
+    order = float(teeth[0]) * abs(own[sun] - own[carrier]) / max(abs(own[shaft]), 1e-300)
+    return TorsionalExcitation(f"{name} teeth", order, shaft)
+
+
+def _turns(machine: Machine) -> Float[Array, " n"]:
+    """Of each station, times the driven one's."""
+    if traced(machine):
+        return assemble(machine, nominal=True).turns()
+    return jnp.asarray(prepare(machine).system.turns())
 
 
 @takes(natural=number(), low=number(), high=number())
@@ -174,11 +200,7 @@ def excitation_bands(
 ) -> Float[Array, "e 2"]:
     """Lowest and highest frequency of each excitation in the range of speeds of the driven shaft, rad/s."""
     stations = machine.wiring.stations
-    turns = (
-        assemble(machine, nominal=True).turns()
-        if traced(machine)
-        else jnp.asarray(prepare(machine).system.turns())
-    )
+    turns = _turns(machine)
     if not isinstance(excitations, (list, tuple)) or not all(
         isinstance(one, TorsionalExcitation) for one in excitations
     ):

@@ -85,7 +85,7 @@ def read_torsional(table: Any, machine: Machine) -> Torsional:
     speeds = ["1450 rpm", "1500 rpm"]  # of operation, of the driven shaft; left out: the drive's highest
     line_frequency = "50 Hz"         # left out: no line
     orders = [1, 2]                  # of every shaft
-    mesh = true                      # whether teeth excite, by the number of teeth of each GearMesh
+    mesh = true                      # whether teeth excite, by the number of teeth of each gear mesh
     margin = 0.1                     # the separation that is asked for
     modes = 4                        # of the lowest; left out: all that some excitation can meet
 
