@@ -69,7 +69,8 @@ configs shafts_with_mass linear run_error critical bearings control identify_exp
 governed_config information design_experiments oil_film_config jumps measures reference optimize shaft_defects
 optimize_cli sweep_cli critical_speed_design fitted magnetic_bearings coefficients shaft_loads periodic_shafts
 tilting_pads pads labyrinth seals batch_last
-energy couplings gears tracing report norms regulators diagnose notebooks pages
+foundations measured_foundations shaken_machines synchronous_machine gears gear_teeth planetary rigid_gears
+inverters energy couplings tracing report norms regulators diagnose notebooks pages
 """.split()
 
 

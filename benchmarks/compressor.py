@@ -59,9 +59,7 @@ def once(kind: str, seconds: float, kept: str) -> dict:
         angle = np.asarray(run["node 0"].phi)[some]
         whirl = np.real(np.asarray(steady.values) * np.exp(1j * angle)[:, None]).T
         for i, place in enumerate(PLACES):
-            sagged = paths[place][:, some]
-            sagged = sagged - sagged.mean(axis=1, keepdims=True)
-            off = np.abs(sagged - whirl[2 * i : 2 * i + 2]).max()
+            off = np.abs(paths[place][:, some] - whirl[2 * i : 2 * i + 2]).max()
             found[f"{place} off steady"] = float(off / np.abs(whirl[2 * i : 2 * i + 2]).max())
         return found
     if kind == "full":

@@ -95,6 +95,10 @@ def test_failure_says_when_and_keeps_what_it_had(machine):
     kept = error.value.response
     assert 3 < kept.t.shape[0] < 501
     assert np.isfinite(kept["disc"].x).all()
+    with pytest.raises(jr.SimulationFailed, match="energy_audit: the run left .* t = ") as error:
+        jr.energy_audit(machine, 2.5, 200.0, "undeformed", step=5e-3)
+    audit = error.value.response
+    assert 3 < audit.t.shape[0] < 501 and np.isfinite(audit.lost).all()
 
 
 def test_a_free_line_is_planned_for_the_speed_that_it_reaches():

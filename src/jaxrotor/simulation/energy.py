@@ -1,15 +1,17 @@
 """The energy audit: what went in, what is stored, what was lost."""
 
 import dataclasses
+import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..core.arguments import number, positive
-from ..core.errors import InputError
+from ..core.errors import InputError, SimulationFailed
 from ..core.gate import either, takes
 from ..core.kinematics import from_turning
 from ..core.protocol import (
@@ -35,7 +37,7 @@ from .checks import sample_count
 from .condensing import condensed_for
 from .march_through import march_through
 from .pilot import plan_for
-from .planned import Plan
+from .planned import Plan, refined
 from .run_setup import RunSetup, roomy, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
@@ -43,6 +45,8 @@ from .solver import is_planned, solver_for
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6
 _RTOL = 1e-8
+# Times that a run which left the finite numbers is tried with a shorter step.
+_RETRIES = 2
 
 
 @shows(t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative="")
@@ -100,7 +104,8 @@ def energy_audit(
     attachment without an energy of its own is a load: its power counts as work put in. Arguments as
     for `simulate`, a whole `Simulation` among them, but what they leave open is finer: the step is planned
     for an error of 1e-6, and an adaptive solver keeps to `rtol` 1e-8. Raises `InputError` for wrong input,
-    and where an elastic element keeps no account of its energy; `ConvergenceError` where no step is found.
+    and where an elastic element keeps no account of its energy; `ConvergenceError` where no step is found;
+    `SimulationFailed` where the run leaves the finite numbers, with the audit until there as its `response`.
     """
     settings = dict(sample_rate=sample_rate, initial=initial, speed=speed, step=step, rtol=rtol)
     simulation = as_simulation(t_end, settings)
@@ -121,11 +126,36 @@ def energy_audit(
         rtol = simulation.rtol or _RTOL
         simulation = dataclasses.replace(simulation, rtol=rtol, atol=simulation.atol or 1e-3 * rtol)
     count = sample_count(simulation.t_end, simulation.sample_rate)
+    setup, y, sample = _marched(machine, simulation, speed, plan, count)
+    for _ in range(_RETRIES):
+        if sample is None or plan is None or simulation.step is not None:
+            break
+        plan = refined(plan, math.inf)  # something moved that no pilot saw
+        setup, y, sample = _marched(machine, simulation, speed, plan, count)
+    audit = _audit(machine, system_of(machine), setup.times, y)
+    if sample is not None:
+        t = np.asarray(setup.times)
+        raise SimulationFailed(
+            f"energy_audit: the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s and "
+            f"{t[sample]:.6g} s: take a smaller step (step=...), or look for an instability of the machine "
+            f"there; the {sample} samples before are in the exception's `response`",
+            jax.tree.map(lambda x: x[:sample], audit),
+        )
+    return audit
+
+
+def _marched(
+    machine: Machine, simulation: Simulation, speed: Any, plan: Plan | None, count: int
+) -> tuple[RunSetup, Float[Array, "nt d+2"], int | None]:
+    """And the first sample that is not finite."""
     setup = set_up(machine, simulation, speed, plan, count)
     alone = not traced(machine, setup)
     own = roomy(setup, told=False) if alone else setup
     y = _march(machine, own.started, begun(machine, own, alone, extra=2))[:count]
-    return _audit(machine, system_of(machine), setup.times, y)
+    if not alone:
+        return setup, y, None
+    fine = np.isfinite(np.asarray(y)).all(axis=1)
+    return setup, y, None if fine.all() else int(np.argmin(fine))
 
 
 @lightly_compiled
@@ -174,8 +204,8 @@ def _books(machine: Machine, system: System) -> list[_Book]:
     groups += joined(lineup, layout)
     late = [None if i is None else system.actors[i].late for i in system.acting]
     return [
-        _Book(element, nodes, isinstance(element, Energetic), *rest)
-        for (element, nodes), *rest in zip(groups, system.rows, late)
+        _Book(element, nodes, isinstance(element, Energetic), rows, own)
+        for (element, nodes), rows, own in zip(groups, system.rows, late)
         if isinstance(element, (Energetic, Acting, Massive))
     ]
 
