@@ -75,7 +75,7 @@ def once(kind: str, seconds: float, kept: str) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=5.0)
-    parser.add_argument("--slowly", type=float, default=60.0)
+    parser.add_argument("--slowly", type=float, default=40.0)
     parser.add_argument("--kinds", nargs="+", default=["full", "reduced", "slow"])
     parser.add_argument("--kept", default="", help="the full one's paths, .npz")
     parser.add_argument("--one", help=argparse.SUPPRESS)

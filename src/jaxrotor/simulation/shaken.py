@@ -80,10 +80,9 @@ def shaking(system: System, times: Float[Array, " nt"]) -> Float[Array, " nt"]:
 
 def tell_turns(response: Response) -> None:
     """Warns of a ground that turned by more than first order bears."""
-    system = response._system
-    if not bases(system):
-        return
-    most = float(numbers(_most_turned(system, response.t)))
+    if not any(map(_is_base, jax.tree.leaves(response.machine, is_leaf=_is_base))):
+        return  # before anything is assembled
+    most = float(numbers(_most_turned(response._system, response.t)))
     if most > LARGEST_TURN:
         warnings.warn(
             f"the ground turned by {most:.3g} rad, but {LARGEST_TURN} rad are what first order is right of: "
