@@ -96,7 +96,7 @@ def main() -> None:
             f"{1e3 * np.abs(sway).max():.1f} mm"
         )
     label(shaking, "time, s", "ground, g")
-    label(bending, "time, s", "bend of the shaft, um")
+    label(bending, "time, s", "bend of the shaft, µm")
     label(swaying, "time, s", "sway of the block, mm")
     legend(bending)
     legend(swaying)

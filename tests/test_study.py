@@ -236,7 +236,7 @@ BAD = [
     ('name = "shaft"', "name = 2", ["line, entry 2", "name must be a text", "2", "quotes"]),
     ('"CosineRamp"', '"CosinRamp"', ['"end"', "profile.kind", "CosinRamp", "`CosineRamp`?"]),
     ('kind = "CosineRamp", ', "", ['"end"', "profile.kind is missing", "LinearRamp"]),
-    ('"CosineRamp"', '"Step"', ['"end"', 'profile.kind "Step"', "known: `ConstantSpeed`"]),
+    ('"CosineRamp"', '"Step"', ['"end"', 'profile.kind "Step"', "known: `", "`ConstantSpeed`"]),
     ('"steel"', '"steal"', ['line "shaft"', "material", '"steal"', "did you mean `steel`?"]),
     ('"steel"', "7850", ['line "shaft"', "material", "7850", "youngs_modulus"]),
     ('"steel"', '{ density = "1 kg/m^3" }', None),

@@ -45,4 +45,4 @@ def independent(matrices: Float[np.ndarray, "a d d"], least: int) -> Places:
 
 def sub_block(matrix: Any, rows: Sequence[int], columns: Sequence[int]) -> Any:
     """`matrix[..., rows, columns]` of each row and each column."""
-    return matrix[..., np.asarray(rows)[:, None], np.asarray(columns)]
+    return matrix[..., np.asarray(rows, int)[:, None], np.asarray(columns, int)]

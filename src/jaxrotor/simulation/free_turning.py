@@ -75,9 +75,8 @@ def _resistance(actor: Actor, system: System, n: int) -> tuple[Array, Array]:
     states = state if state.size else None
     still = jnp.zeros((ends, count))
     element = actor.element
-    if isinstance(
-        element, Nominal
-    ):  # what goes with the shaft's angle, as teeth's errors do, holds nothing
+    if isinstance(element, Nominal):
+        # what goes with the shaft's angle, as teeth's errors do, holds nothing
         element = jax.vmap(lambda e: e.nominal(), in_axes=-1, out_axes=-1)(element)
 
     def torques(angles):  # (ends, members)
@@ -86,6 +85,8 @@ def _resistance(actor: Actor, system: System, n: int) -> tuple[Array, Array]:
         found = jax.vmap(lambda e, m, s: e.forces(jnp.zeros(()), m, s), in_axes=-1, out_axes=-1)(
             element, motions, states
         )
+        if found is None:  # what is left of a crack or a bow without the shaft's angle
+            return jnp.zeros((ends, count))
         return jnp.stack([force[5] for force in found])
 
     # (ends that answer, ends that are turned, members)

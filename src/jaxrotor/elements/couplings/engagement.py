@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...core.result_text import shows
 from .line_of_action import Contact
 
 # Pairs that may touch beside the one nearest to the pitch point, and slices of the face width.
@@ -18,6 +19,7 @@ _STEPS = 12
 Line = Callable[[Array], Array]
 
 
+@shows(mean="N/m", amplitudes="", phases="rad")
 class MeshStiffness(NamedTuple):
     """Stiffness along the flanks' normal, N/m, over the mesh angle, teeth times the angle of gear a:
     `mean (1 + sum amplitudes_k cos(k angle + phases_k))`. At angle zero a pair touches at the pitch point."""
@@ -27,6 +29,7 @@ class MeshStiffness(NamedTuple):
     phases: Float[Array, " n"]
 
 
+@shows(angles="rad", stiffness="N/m", error="m", transmission_error="m")
 class LoadedMesh(NamedTuple):
     """Gears under a steady tooth force, at mesh angles (rad, teeth times the angle of gear a).
 

@@ -5,7 +5,10 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ...core.result_text import shows
 
+
+@shows(theoretical="N/m/m", single="N/m/m", mesh="N/m/m")
 class IsoStiffness(NamedTuple):
     """Stiffness in the transverse plane, per face width, (N/m)/m (1 N/(mm um) is 1e9 of them): of a pair of
     teeth in theory, of a `single` pair (c'), and of the `mesh` (mean, c_gamma_alpha)."""
