@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.arguments import flag, numbers, whole
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..core.threads import one_thread
 from ..elements.bearings.modal_foundation import ModalFoundation
 from .measured_response import Measured, measured
@@ -19,6 +20,7 @@ _SWEEPS, _SETTLED = 2000, 1e-13
 _NOISE, _RANK = 1.5, 1e-9
 
 
+@shows(frequencies="Hz")
 class FittedModes(eqx.Module):
     """A receptance `sum shape shape' / (w² + 2 zeta w s + s²)`, fitted: modes scaled to mass.
 

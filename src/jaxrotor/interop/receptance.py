@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.arguments import flag, numbers, whole
 from ..core.gate import takes
+from ..core.result_text import shows
 from ..core.threads import one_thread
 from ..elements.bearings.measured_foundation import MeasuredFoundation
 from .measured_response import measured
@@ -20,6 +21,7 @@ _RANK = 1e-9
 _FED = 1e-9
 
 
+@shows(poles="1/s", frequencies="Hz", damping_ratios="")
 class FittedReceptance(eqx.Module):
     """A receptance `sum residues / (s - poles)`, fitted.
 
