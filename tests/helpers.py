@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import jaxrotor as jr
+from jaxrotor.machine.field import jacobian
 from jaxrotor.machine.system import assemble
 from jaxrotor.simulation.run_info import RunInfo
 from jaxrotor.simulation.state import to_flat
@@ -92,6 +93,17 @@ def at_instants(machine, q, v, t=0.0):
         return to_flat(jr.State(q, v), system, system.reference(t))
 
     return jr.Response(machine, t, flat(t, q, v), RunInfo("none"))
+
+
+@eqx.filter_jit
+def _jacobian(machine):
+    return jacobian(assemble(machine), jnp.zeros(()))
+
+
+def hertz(machine):
+    """Natural frequencies at rest above 0.2 Hz, rising."""
+    roots = np.linalg.eigvals(np.asarray(_jacobian(machine)))
+    return np.sort(roots.imag[roots.imag > 1.0]) / (2 * np.pi)
 
 
 def pull(element, *motions, t=0.0, state=None):

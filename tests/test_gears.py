@@ -5,11 +5,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import TIGHT, assert_derivatives_agree, at_instants
+from helpers import TIGHT, assert_derivatives_agree, at_instants, hertz
 
 import jaxrotor as jr
-from jaxrotor.machine.field import jacobian
-from jaxrotor.machine.system import assemble
 
 TURNING_ONLY = ("x", "y", "z", "psi", "theta")
 
@@ -20,16 +18,6 @@ def turning(inertia):
 
 def torsion(stiffness):
     return jr.Coupling(stiffness=[0, 0, 0, 0, 0, stiffness])
-
-
-@eqx.filter_jit
-def _jacobian(machine):
-    return jacobian(assemble(machine), jnp.zeros(()))
-
-
-def hertz(machine):
-    roots = np.linalg.eigvals(np.asarray(_jacobian(machine)))
-    return np.sort(roots.imag[roots.imag > 1.0]) / (2 * np.pi)
 
 
 def test_tor_01_five_disc_chain():

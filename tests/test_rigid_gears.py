@@ -4,12 +4,12 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import assert_derivatives_agree
+from helpers import assert_derivatives_agree, hertz
 
 import jaxrotor as jr
 from jaxrotor.elements import RigidGears
 from jaxrotor.linear.shafts import shafts_of
-from jaxrotor.machine.field import jacobian, vector_field
+from jaxrotor.machine.field import vector_field
 from jaxrotor.machine.system import assemble
 
 TURNING_ONLY = ("x", "y", "z", "psi", "theta")
@@ -45,16 +45,6 @@ def branched(n):
         },
         fixed={name: TURNING_ONLY for name in ("motor", "rotor 1", "rotor 2")},
     )
-
-
-@eqx.filter_jit
-def _jacobian(machine):
-    return jacobian(assemble(machine), jnp.zeros(()))
-
-
-def hertz(machine):
-    roots = np.linalg.eigvals(np.asarray(_jacobian(machine)))
-    return np.sort(roots.imag[roots.imag > 1.0]) / (2 * np.pi)
 
 
 def test_tor_02_geared_branches():

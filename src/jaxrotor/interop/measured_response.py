@@ -5,12 +5,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.arguments import flag, numbers, whole
 from ..core.errors import InputError
+from ..core.gate import takes
 from .partial_fractions import Rational
 from .pole_count import PoleSearch
 
 # A fit that leaves more of the response than this part is told.
 _POOR = 0.1
+
+# What every fit is asked with.
+fit_arguments = takes(
+    frequencies=numbers("Hz", above=0.0, fewest=3, rising=True),
+    order=whole(2, 400),
+    axes=whole(2, 6),
+    relative=flag,
+    beyond=flag,
+    receptance=None,
+)
 
 
 class Measured(NamedTuple):

@@ -5,12 +5,12 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from ..core.arguments import flag, numbers, whole
+from ..core.arguments import numbers
 from ..core.gate import takes
 from ..core.result_text import shows
 from ..core.threads import one_thread
 from ..elements.bearings.modal_foundation import ModalFoundation
-from .measured_response import Measured, measured
+from .measured_response import Measured, fit_arguments, measured
 from .partial_fractions import Rational
 
 # Sweeps over the modes; what they move by, as part of the largest, when they end.
@@ -55,14 +55,7 @@ class FittedModes(eqx.Module):
         )  # fmt: skip
 
 
-@takes(
-    frequencies=numbers("Hz", above=0.0, fewest=3, rising=True),
-    order=whole(2, 400),
-    axes=whole(2, 6),
-    relative=flag,
-    beyond=flag,
-    receptance=None,
-)
+@fit_arguments
 @one_thread
 def fit_modes(
     frequencies: Any,

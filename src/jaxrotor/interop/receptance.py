@@ -6,12 +6,12 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from ..core.arguments import flag, numbers, whole
+from ..core.arguments import numbers
 from ..core.gate import takes
 from ..core.result_text import shows
 from ..core.threads import one_thread
 from ..elements.bearings.measured_foundation import MeasuredFoundation
-from .measured_response import measured
+from .measured_response import fit_arguments, measured
 from .partial_fractions import Rational, fitted, heads
 from .passivity import least_power
 
@@ -97,14 +97,7 @@ class FittedReceptance(eqx.Module):
         return MeasuredFoundation(*self.matrices(), stiffness, damping, axes=self.axes)  # pyright: ignore
 
 
-@takes(
-    frequencies=numbers("Hz", above=0.0, fewest=3, rising=True),
-    order=whole(2, 400),
-    axes=whole(2, 6),
-    relative=flag,
-    beyond=flag,
-    receptance=None,
-)
+@fit_arguments
 @one_thread
 def fit_receptance(
     frequencies: Any,

@@ -17,7 +17,7 @@ from ..core.kinematics import from_turning, turning_lead_acceleration, with_last
 from ..core.picked import picked, placed_columns
 from .acceleration import accelerate, couple, coupled_reaction, mobilise
 from .ports import ports, shift_of, spread
-from .system import Actor, Reference, System
+from .system import Actor, Reference, System, clock
 
 
 def _add_spin(x: Array, amount: Array, system: System, first: int = 0) -> Array:
@@ -306,16 +306,12 @@ def _act(t, actor: Actor, N: Array, V: Array, z: Array):
     """Forces of one stacked force law: a list of (6, members), one for each end, with its nodes."""
     motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
     states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0])) if _has_state(actor) else None
-    time, axes = _clock(t, actor), (-1, None if actor.late is None else -1, -1, -1)
+    time, axis = clock(t, actor.late)
+    axes = -1, axis, -1, -1
     forces = jax.vmap(lambda e, t, m, s: e.forces(t, m, s), in_axes=axes, out_axes=-1)(
         actor.element, time, motions, states
     )
     return None if forces is None else list(zip(actor.nodes, forces))
-
-
-def _clock(t, actor: Actor) -> Array:
-    """The time at its elements: at each where some run late, else one for all."""
-    return t if actor.late is None else t - actor.late
 
 
 def _has_state(actor: Actor) -> bool:
@@ -375,11 +371,12 @@ def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
     for actor in stateful:
         motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
         accelerations = tuple(picked(A, nodes) for nodes in actor.nodes)
-        axes = (-1, None if actor.late is None else -1, -1, -1, -1)
+        time, axis = clock(t, actor.late)
+        axes = -1, axis, -1, -1, -1
         states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0]))
         out.append(
             jax.vmap(lambda e, t, m, b, s: e.rates(t, m, b, s), in_axes=axes, out_axes=-1)(
-                actor.element, _clock(t, actor), motions, accelerations, states
+                actor.element, time, motions, accelerations, states
             ).ravel()
         )
     return jnp.concatenate(out)

@@ -40,6 +40,11 @@ class Actor(eqx.Module):
         )
 
 
+def clock(t: Array, late: Float[Array, " members"] | None) -> tuple[Array, int | None]:
+    """The time at elements so `late`, and its axis: at each where some run late, else one for all."""
+    return (t, None) if late is None else (t - late, -1)
+
+
 class System(eqx.Module):
     """Everything that the vector field needs.
 

@@ -30,14 +30,14 @@ from ..machine.layout import joined
 from ..machine.lineup import line_up
 from ..machine.machine import Machine
 from ..machine.seen import seen
-from ..machine.system import System
+from ..machine.system import System, clock
 from .assembling import system_of
 from .beginning import Begun, begun
 from .checks import sample_count
 from .condensing import condensed_for
 from .march_through import march_through
 from .pilot import plan_for
-from .planned import Plan, refined
+from .planned import RETRIES, Plan, refined
 from .run_setup import RunSetup, roomy, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
@@ -45,8 +45,6 @@ from .solver import is_planned, solver_for
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6
 _RTOL = 1e-8
-# Times that a run which left the finite numbers is tried with a shorter step.
-_RETRIES = 2
 
 
 @shows(t="s", kinetic="J", elastic="J", potential="J", work_in="J", lost="J", relative="")
@@ -126,11 +124,10 @@ def energy_audit(
         rtol = simulation.rtol or _RTOL
         simulation = dataclasses.replace(simulation, rtol=rtol, atol=simulation.atol or 1e-3 * rtol)
     count = sample_count(simulation.t_end, simulation.sample_rate)
+    retries = 0 if plan is None or simulation.step is not None else RETRIES
     setup, y, sample = _marched(machine, simulation, speed, plan, count)
-    for _ in range(_RETRIES):
-        if sample is None or plan is None or simulation.step is not None:
-            break
-        plan = refined(plan, math.inf)  # something moved that no pilot saw
+    while sample is not None and plan is not None and retries:
+        plan, retries = refined(plan, math.inf), retries - 1  # something moved that no pilot saw
         setup, y, sample = _marched(machine, simulation, speed, plan, count)
     audit = _audit(machine, system_of(machine), setup.times, y)
     if sample is not None:
@@ -216,9 +213,9 @@ def _each(t, ev: Evaluation, book: _Book, method: str):
     first, last = book.rows
     state = ev.states[first:last].reshape(-1, len(book.nodes[0])) if last > first else None
     # by the clock that the field goes by: a load that jumped a moment before would have its work counted
-    time, axes = (t, None) if book.late is None else (t - book.late, -1)
+    time, axis = clock(t, book.late)
     return jax.vmap(
-        lambda e, t, m, s: getattr(e, method)(t, m, s), in_axes=(-1, axes, -1, -1), out_axes=-1
+        lambda e, t, m, s: getattr(e, method)(t, m, s), in_axes=(-1, axis, -1, -1), out_axes=-1
     )(book.element, time, motions, state)
 
 

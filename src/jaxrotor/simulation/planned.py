@@ -41,6 +41,10 @@ class Plan:
     slowest: float = field(default=0.0, repr=False)
 
 
+# Times that a run which left the finite numbers is tried with a shorter step.
+RETRIES = 2
+
+
 def bucket(substeps: float) -> int:
     """The next bucket that has at least so many steps."""
     for size in BUCKETS:

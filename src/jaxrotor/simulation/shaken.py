@@ -27,8 +27,11 @@ def _is_base(x: Any) -> bool:
 
 def bases(system: System) -> list[AbstractBase]:
     """Every ground of the machine; each of its leaves has a last axis, of parts that are alike."""
-    leaves = jax.tree.leaves([a.element for a in system.actors], is_leaf=_is_base)
-    return [x for x in leaves if _is_base(x)]
+    return _among([a.element for a in system.actors])
+
+
+def _among(tree: Any) -> list[AbstractBase]:
+    return [x for x in jax.tree.leaves(tree, is_leaf=_is_base) if _is_base(x)]
 
 
 def released(system: System, when: Array, since: Array) -> System:
@@ -80,7 +83,7 @@ def shaking(system: System, times: Float[Array, " nt"]) -> Float[Array, " nt"]:
 
 def tell_turns(response: Response) -> None:
     """Warns of a ground that turned by more than first order bears."""
-    if not any(map(_is_base, jax.tree.leaves(response.machine, is_leaf=_is_base))):
+    if not _among(response.machine):
         return  # before anything is assembled
     most = float(numbers(_most_turned(response._system, response.t)))
     if most > LARGEST_TURN:

@@ -29,7 +29,7 @@ from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
 from .pilot import Asked, find_plan, plan_for, plans, unresolved
-from .planned import Plan, refined
+from .planned import RETRIES, Plan, refined
 from .prepared import Prepared
 from .ranges import tell_ranges
 from .response import Response
@@ -42,8 +42,6 @@ from .state import State
 
 # Times that a run of a line without a drive is planned anew for the speed that it reached.
 _PLANS = 4
-# Times that a run which left the finite numbers is tried with a shorter step.
-_RETRIES = 2
 
 
 @takes(
@@ -186,7 +184,7 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             # counts with at most ten times the plan, and may have been too fast.)
             reached = min(reached, 10 * planned + 1000.0)
             better = find_plan(machine, asked._replace(speed=reached, order=plan.order))
-        elif not error <= plan.tolerance and (np.isfinite(error) or turn < _RETRIES):
+        elif not error <= plan.tolerance and (np.isfinite(error) or turn < RETRIES):
             better = refined(plan, error)  # something moved that no pilot saw
         else:
             break
