@@ -31,7 +31,7 @@ from .identity import fingerprint
 from .layout import check_names, chunks_of, filled, finished, kept, layout_of
 from .memory import check_chunk, chunk_size
 from .outputs import checked, needs_run, with_units
-from .planning import NO_STEP, Steps, row_of, steps_of
+from .planning import NO_STEP, Steps, parts_of_all, row_of, steps_of
 from .store import Kept, Store
 
 
@@ -167,6 +167,8 @@ def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
     own = getattr(solver, "linear_part", None)
     if own is not None:
         return dataclasses.replace(setup, linear=jnp.asarray(own))
+    run = dataclasses.replace(setup.run, parts=parts_of_all(setup, cases))
+    setup = dataclasses.replace(setup, run=run)
     if shares_linear(setup.machine, steps.speed, cases.values):
         first = row_of(setup.machine, cases.values, 0)
         setup = dataclasses.replace(setup, linear=linear_part(first, setup.run))
