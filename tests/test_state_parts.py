@@ -105,16 +105,17 @@ def test_derivatives_by_parts(planned):
         pulled(plan),
         pulled(dataclasses.replace(plan, parts=None)),
     )
-    np.testing.assert_allclose(value, of_whole, rtol=1e-11)
-    np.testing.assert_allclose(value, seen(machine, plan, at), rtol=1e-11)  # a plain run
-    np.testing.assert_allclose(reverse, dense, rtol=1e-10)
+    np.testing.assert_allclose(value, of_whole, rtol=1e-10)
+    np.testing.assert_allclose(value, seen(machine, plan, at), rtol=1e-10)  # a plain run
+    scale = np.abs(dense).max()
+    np.testing.assert_allclose(reverse, dense, rtol=0, atol=1e-10 * scale)
 
     def pushed(p):
         return jax.jvp(lambda p: seen(machine, plan, p), (p,), (along,))
 
     pushed = quickly_compiled(pushed)
     forward = pushed(at)[1]
-    np.testing.assert_allclose(weights @ forward, reverse @ along, rtol=1e-10)
+    np.testing.assert_allclose(weights @ forward, reverse @ along, rtol=0, atol=1e-10 * scale)
     h = 3e-6  # twist swings often until then
     central = (pushed(at + h * along)[0] - pushed(at - h * along)[0]) / (2 * h)
     assert (np.abs(forward) > 1e-3 * np.abs(value)).all()
@@ -205,6 +206,8 @@ def test_a_sweep_by_parts(planned, monkeypatch, key):
     machine, plan = planned
     used = []
 
+    monkeypatch.setattr(sweeping, "_LARGE_IN_COMMON", 0)
+
     def told(*args, own=sweeping.parts_of_all):
         used.append(own(*args))
         return used[-1]
@@ -222,6 +225,8 @@ def test_a_sweep_by_parts(planned, monkeypatch, key):
 def test_a_sweep_that_mixes_parts_has_them_as_one(monkeypatch):
     monkeypatch.setattr(state_parts, "_WORTH", 0.99)
     monkeypatch.setattr(state_parts, "_LEAST", 2)
+    monkeypatch.setattr(sweeping, "_LARGE", 0)
+    monkeypatch.setattr(sweeping, "_LARGE_IN_COMMON", 0)
     machine, key = geared(0.0), "mesh.helix_angle"
     outputs = {"z": jr.sensors.ProximityProbe("pinion", 0.0)}
     simulation = jr.Simulation(**RUN, step=1e-4)

@@ -119,12 +119,12 @@ class _Place(NamedTuple):
 
 # The latest places of a search: whoever weighs, judges and tells what it found asks for them once more.
 _places: ContextVar[list[_Place] | None] = ContextVar("places", default=None)
-_REMEMBERED = 4
+_REMEMBERED = 8
 
 
 @contextlib.contextmanager
 def places_remembered() -> Iterator[None]:
-    """In which no place of the latest is simulated twice. Slopes are large: of one place alone."""
+    """In which no place of the latest is simulated twice. Slopes are large: of two places alone."""
     before = _places.set([])
     try:
         yield
@@ -146,7 +146,8 @@ def _remember(place: _Place) -> None:
     if latest is None or traced(place):
         return
     if place.slopes is not None:
-        latest[:] = [p._replace(slopes=None) for p in latest]
+        last = max((i for i, p in enumerate(latest) if p.slopes is not None), default=-1)
+        latest[:] = [p if i == last else p._replace(slopes=None) for i, p in enumerate(latest)]
     latest[:] = [*latest[1 - _REMEMBERED :], place]
 
 

@@ -175,7 +175,7 @@ def _each(parts: Parts, A, h, near, order: int) -> tuple[Chains, ...]:
     """Of each of the parts; those of one size by one loop, which takes long to compile."""
     sizes = [(len(rows), len(rows) - len(own)) for rows, own in zip(parts.rows, parts.with_N)]
     found: dict[int, Chains] = {}
-    for size in set(sizes):
+    for size in dict.fromkeys(sizes):
         alike = [i for i, own in enumerate(sizes) if own == size]
         blocks = [A if parts.single else sub_block(A, *[parts.rows[i]] * 2) for i in alike]
         n = len(alike)
@@ -183,7 +183,7 @@ def _each(parts: Parts, A, h, near, order: int) -> tuple[Chains, ...]:
             jnp.concatenate(blocks), jnp.tile(h, n), jnp.tile(near, n), order, size[1]
         )
         for k, i in enumerate(alike):
-            found[i] = jax.tree.map(lambda x, k=k: jnp.split(x, n)[k], chains)
+            found[i] = jax.tree.map(lambda x, k=k, n=n: jnp.split(x, n)[k], chains)
     return tuple(found[i] for i in range(len(sizes)))
 
 

@@ -82,9 +82,11 @@ def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
     return Steps(substeps, planned.speed, reason, planned.evaluations)
 
 
-def parts_of_all(setup: Setup, cases: Cases) -> Places | None:
-    """Parts of the state that no machine of the table mixes, by the first, one in the middle and the last."""
-    if not isinstance(setup.run.solver, ExponentialAdams):
+def parts_of_all(setup: Setup, cases: Cases, large: int) -> Places | None:
+    """Parts of the state that no machine of the table mixes, by the first, one in the middle and the last;
+    `large`: states from which on they pay."""
+    rows = count_of_free(setup.machine)
+    if not isinstance(setup.run.solver, ExponentialAdams) or 2 * rows <= large:
         return None
     n, reach = len(cases), reach_of(setup.run)
     systems = [
@@ -92,7 +94,7 @@ def parts_of_all(setup: Setup, cases: Cases) -> Places | None:
         for row in sorted({0, n // 2, n - 1})
     ]
     A = np.concatenate([np.asarray(rungs_of(system, *reach)[1]) for system in systems])
-    parts = parts_of(A, count_of_free(setup.machine))
+    parts = parts_of(A, rows, large)
     return None if parts.single else parts.rows
 
 
