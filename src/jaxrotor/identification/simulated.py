@@ -107,7 +107,7 @@ class _Place(NamedTuple):
     """What was simulated there; `slopes` where they were asked for."""
 
     simulated: Simulated
-    u: np.ndarray
+    u: Any  # (n,)
     records: tuple[Array, ...]
     slopes: tuple[Array, ...] | None
 
