@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import jaxrotor as jr
+import jaxrotor.identification.simulated as simulated_module
 
 TRUTH = {
     "d.unbalance.eccentricity": 2e-5,
@@ -149,8 +150,22 @@ def test_with_noise(run, found_in_noise):
     assert all(c.sized < 1e-6 for c in found.predicted(trial(other, sensors, 8)))
 
 
-def test_noise_of_unknown_size(run):
-    """Each channel's noise is found from its residual."""
+def test_noise_of_unknown_size(run, monkeypatch):
+    """Each channel's noise is found from its residual, with no place simulated twice: but for a cost that was
+    tried and found lower, whose slopes follow."""
+    simulations = []
+
+    def watched(name):
+        own = getattr(simulated_module, name)
+
+        def told(what, u):
+            simulations.append((np.asarray(u).tobytes(), name))
+            return own(what, u)
+
+        monkeypatch.setattr(simulated_module, name, told)
+
+    watched("_records")
+    watched("_records_and_slopes")
     sensors = noisy(0.05)
     unknown = {
         k: jr.Channel(c.sensor, c.unit, c.sensitivity, delay=c.delay) for k, c in sensors.items()
@@ -158,6 +173,10 @@ def test_noise_of_unknown_size(run):
     found = jr.identify(rotor(), KNOWN, unknown, trial(run, sensors, 9))
     for fit in found.channels:
         assert fit.std == pytest.approx(float(sensors[fit.channel].noise.std), rel=0.1)
+    assert len(set(simulations)) == len(simulations) > 5
+    for i, (place, name) in enumerate(simulations):
+        before = [other for other, _ in simulations[:i]]
+        assert name == "_records_and_slopes" or place not in before
 
 
 def test_intervals_cover_the_truth(found_in_noise):

@@ -45,4 +45,6 @@ def independent(matrices: Float[np.ndarray, "a d d"], least: int) -> Places:
 
 def sub_block(matrix: Any, rows: Sequence[int], columns: Sequence[int]) -> Any:
     """`matrix[..., rows, columns]` of each row and each column."""
-    return matrix[..., np.asarray(rows, int)[:, None], np.asarray(columns, int)]
+    if isinstance(matrix, np.ndarray):
+        return matrix[..., np.asarray(rows, int)[:, None], np.asarray(columns, int)]
+    return jnp.swapaxes(picked(jnp.swapaxes(picked(matrix, columns), -1, -2), rows), -1, -2)

@@ -31,7 +31,7 @@ from .fit_by_channel import meet, noise_given
 from .identification import Identification
 from .loss import LOSSES, Loss, loss_number
 from .problem import Problem, check_data, in_reverse, pose, with_loss
-from .simulated import records_and_slopes
+from .simulated import places_remembered, records_and_slopes
 from .suspects import suspects
 from .trials import Trial, as_trials
 from .weighing import agreeing, weighed_by_residuals
@@ -107,7 +107,7 @@ def identify(
     histories: dict[str, np.ndarray] = {}
     problem: Problem | None = None
     best: Fit | None = None
-    with bar:
+    with bar, places_remembered():
         for i, stage in enumerate(searches):
             kind = type(stage.domain).__name__.lower()
             words = kind if len(searches) == 1 else f"stage {i + 1} of {len(searches)}, {kind}"

@@ -171,6 +171,22 @@ def chains_of(
     return jax.lax.map(chain, (A, h, near))
 
 
+def _each(parts: Parts, A, h, near, order: int) -> tuple[Chains, ...]:
+    """Of each of the parts; those of one size by one loop, which takes long to compile."""
+    sizes = [(len(rows), len(rows) - len(own)) for rows, own in zip(parts.rows, parts.with_N)]
+    found: dict[int, Chains] = {}
+    for size in dict.fromkeys(sizes):
+        alike = [i for i, own in enumerate(sizes) if own == size]
+        blocks = [A if parts.single else sub_block(A, *[parts.rows[i]] * 2) for i in alike]
+        n = len(alike)
+        chains = chains_of(
+            jnp.concatenate(blocks), jnp.tile(h, n), jnp.tile(near, n), order, size[1]
+        )
+        for k, i in enumerate(alike):
+            found[i] = jax.tree.map(lambda x, k=k, n=n: jnp.split(x, n)[k], chains)
+    return tuple(found[i] for i in range(len(sizes)))
+
+
 def ladder_of(
     speeds: Float[Array, " s"],
     A: Float[Array, "s d d"],
@@ -199,8 +215,7 @@ def ladder_of(
     slopes = _slopes(speeds, A, xp)[:, exact_rows:]
 
     if chains is None:
-        near = turn_of(speeds, h)
-        chains = (chains_of(A, jnp.broadcast_to(h, speeds.shape), near, order, exact_rows),)
+        chains = _each(parts, A, jnp.broadcast_to(h, speeds.shape), turn_of(speeds, h), order)
     count, first = s, None
     if single:
         count, first = 1, xp.argmin(xp.abs(speeds - start))
@@ -210,7 +225,7 @@ def ladder_of(
         at = nearest_rungs(speeds, wanted, xp)
         if beside is None:
             turned = jax.lax.stop_gradient(turn_of(wanted, lengths))
-            beside = (chains_of(A[at], lengths, turned, order, exact_rows),)
+            beside = _each(parts, A[at], lengths, turned, order)
         off = (wanted - speeds[at])[:, None, None]
         A, slopes = xp.concatenate([A, A[at]]), xp.concatenate([slopes, off * slopes[at]])
     moments = tuple(

@@ -22,6 +22,11 @@ def systems_of(machine: Machine) -> tuple[System, System]:
     return _systems.get(machine, None) or _systems.put(machine, None, _assembled(machine))
 
 
+def nominal_of(machine: Machine) -> System:
+    """Of a machine that is looked at once."""
+    return _assembled(machine)[True]
+
+
 @quickly_compiled
 def _assembled(machine: Machine) -> tuple[System, System]:
     return assemble_both(machine)

@@ -4,30 +4,18 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from ..core.block_matrix import independent, sub_block
+from ..core.block_matrix import sub_block
 from ..core.quick import lightly_compiled
 from ..integrators.fitted_weights import Moments, Parts, turn_of
 from ..integrators.ladder import RUNGS, Chains, chains_of
 
 # Rows, of coordinates or of their rates, of which machines of fewer have weights by the same program.
 _SIZES = (24, 48)
-# Parts of fewer rows go together; and of the products with the state's weights so much is left at most.
-_LEAST, _WORTH = 24, 0.75
 
 
 @lightly_compiled
 def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
     return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
-
-
-def parts_of(A: Float[np.ndarray, "s d d"], exact_rows: int) -> Parts:
-    """What none of the A mixes, where the state is large and going by parts pays."""
-    d = A.shape[1]
-    if d > 2 * _SIZES[-1]:
-        rows = independent(A, _LEAST)
-        if sum(len(own) ** 2 for own in rows) <= _WORTH * d**2:
-            return Parts(rows, exact_rows)
-    return Parts.whole(d, exact_rows)
 
 
 def known_chains(

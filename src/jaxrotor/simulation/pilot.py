@@ -23,10 +23,10 @@ from ..machine.field import initial_states, jacobians, n_free, relative_field
 from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import System
-from .assembling import system_of
+from .assembling import nominal_of, system_of
 from .blame import not_finite
 from .condensing import condensed_for
-from .known_chains import known_chains, parts_of
+from .known_chains import known_chains
 from .planned import Plan, bucket, fewest
 from .prepared import Known, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
@@ -34,6 +34,7 @@ from .remembered import Remembered
 from .run_error import peaks, share_of_peaks
 from .shaken import carried_since, released
 from .simulation import Simulation, as_simulation, end_or_simulation
+from .state_parts import StateParts, opened, parts_of
 
 # Steps of a pilot.
 _STEPS = 96
@@ -165,9 +166,17 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
             "for stiff nonlinearity such as jr.Rosenbrock()"
         )
     substeps, evaluations, error = found
-    block = _block(machine, given, t_end, interval / substeps)
     return Plan(
-        substeps, order, 0.5 * forward * top, top, error, tolerance, evaluations, block, slowest
+        substeps,
+        order,
+        0.5 * forward * top,
+        top,
+        error,
+        tolerance,
+        evaluations,
+        _block(machine, given, t_end, interval / substeps),
+        slowest,
+        lasting_parts(machine, forward * top, slowest, every),
     )
 
 
@@ -307,6 +316,18 @@ def _rungs(machine: Machine, top: float, slowest: float) -> tuple[np.ndarray, np
         system_of(machine, nominal=True), *jax.device_put((np.float64(top), np.float64(slowest)))
     )
     return np.asarray(speeds)[-_RUNGS:], np.asarray(A)[-_RUNGS:]
+
+
+def lasting_parts(
+    machine: Machine, top: float, slowest: float, A: Float[np.ndarray, "s d d"]
+) -> StateParts | None:
+    """What neither `A` mixes, nor those at other values of what is zero; `top`, `slowest`: rad/s."""
+    parts, other = parts_of(A, count_of_free(machine)), opened(machine)
+    if not parts.single and other is not None:
+        reach = jax.device_put((np.float64(top), np.float64(slowest)))
+        mixed = np.asarray(rungs_of(nominal_of(other), *reach)[1])
+        parts = parts_of(np.concatenate([A, mixed]), parts.exact_rows)
+    return StateParts.of(machine, parts)
 
 
 @quickly_compiled

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from ..core.result_text import shows
 from ..integrators.blocks import LENGTH
+from .state_parts import StateParts
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
 BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
@@ -25,6 +26,7 @@ class Plan:
     - `evaluations`: of the field in a step; two where forces change fast with the state.
     - `block`: steps by the same weights, which know the speed: fewer where that changes fast. - `slowest`:
       rad/s, the lowest speed, whatever its direction: at slower ones the machine is not linearised.
+    - `parts`: of the state, which no linear term mixes, and which have weights of their own inside `jit`.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -39,6 +41,7 @@ class Plan:
     evaluations: int = 1
     block: int = field(default=LENGTH, repr=False)
     slowest: float = field(default=0.0, repr=False)
+    parts: StateParts | None = field(default=None, repr=False)
 
 
 # Times that a run which left the finite numbers is tried with a shorter step.

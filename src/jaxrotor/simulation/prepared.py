@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..core.quick import quickly_compiled
 from ..integrators.blocks import LENGTH, Blocks, between_jumps, blocks_of
 from ..integrators.exponential import ETD4RK, ExponentialAdams
+from ..integrators.fitted_weights import Parts
 from ..integrators.ladder import (
     Chains,
     Ladder,
@@ -24,12 +25,13 @@ from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import System, jump_times
 from .assembling import system_of, systems_of
-from .known_chains import known_chains, parts_of
+from .known_chains import known_chains
 from .remembered import Remembered
 from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
 from .start import needs_balanced
+from .state_parts import parts_of
 
 
 class Prepared(eqx.Module):
@@ -77,17 +79,17 @@ def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    reach = _reach(setup)
+    reach = reach_of(setup)
     linear = _rungs.get((machine, reach), None)
     if linear is None:
-        found = rungs_of(system_of(machine, nominal=True), *jax.device_put(reach))
-        linear = _rungs.put((machine, reach), None, found[1])
+        balanced = system_of(machine, nominal=True)
+        linear = _rungs.put((machine, reach), None, rungs_of(balanced, *reach)[1])
     return Known(linear)
 
 
-def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
+def reach_of(setup: RunSetup) -> tuple[Array, Array]:
     """The highest and the lowest speed, rad/s."""
-    return 2 * np.asarray(setup.linearised_at), np.asarray(setup.slowest)
+    return jax.device_put((2 * np.asarray(setup.linearised_at), np.asarray(setup.slowest)))
 
 
 # Of the linear parts that have run last, and their steps: a machine whose unbalance or load alone is another
@@ -100,7 +102,7 @@ def with_ladder(
 ) -> Prepared:
     """By programs that plans have used: outside of any other. `extra`: as of `prepare`."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
-    of = known.linear, steps, setup.interval, setup.substeps, _reach(setup)
+    of = known.linear, steps, setup.interval, setup.substeps, reach_of(setup)
     ladder = _ladders.get(of, (order, rows, extra))
     if ladder is None:
         ladder = _ladders.put(
@@ -113,7 +115,8 @@ def _ladder(
     setup: RunSetup, known: Known, steps: Steps, order: int, rows: int, extra: int
 ) -> Ladder:
     of_parts = np.asarray(steps.of_parts)
-    A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(*_reach(setup), xp=np))
+    top, slowest = map(np.asarray, reach_of(setup))
+    A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, slowest, xp=np))
     A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
     h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
     parts = parts_of(A, rows)
@@ -179,7 +182,10 @@ def prepare(
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
     substeps = -(-setup.substeps // refine)
     h = setup.interval / refine / substeps
-    ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps)  # pyright: ignore
+    parts = None
+    if setup.parts is not None and rows and sum(map(len, setup.parts)) == A.shape[-1]:
+        parts = Parts(setup.parts, rows)
+    ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps, parts=parts)  # pyright: ignore
     return Prepared(blocks=steps.blocks, ladder=ladder)
 
 

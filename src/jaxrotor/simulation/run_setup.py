@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from ..core.block_matrix import Places
 from ..integrators.blocks import LENGTH
 from ..integrators.exponential import ETD4RK, AbstractExponential, ExponentialAdams
 from ..integrators.progress import PARTS
@@ -31,7 +32,7 @@ class RunSetup(eqx.Module):
     """Numbers that may change are arrays, so that another value is not another program.
 
     `linearised_at`: rad/s, of the exponential solvers' linear part; `slowest`: rad/s, of the Adams method's
-    `rung_speeds`. `step`: of adaptive solvers, fixed, s.
+    `rung_speeds`, and `parts`: of the state, a plan's. `step`: of adaptive solvers, fixed, s.
     `abreast`: whether it is one of a batch, and nothing is differentiated through it.
     """
 
@@ -49,6 +50,7 @@ class RunSetup(eqx.Module):
     room: Room | None = None
     block: int = eqx.field(static=True, default=LENGTH)  # steps by the same weights
     abreast: bool = eqx.field(static=True, default=False)
+    parts: Places | None = eqx.field(static=True, default=None)
 
     @property
     def started(self) -> "RunSetup":
@@ -130,6 +132,7 @@ def set_up(
         count,
         grid_of(machine, simulation.sample_rate),
         block=LENGTH if plan is None else plan.block,
+        parts=plan.parts.rows_of(machine) if plan and plan.parts else None,
     )
 
 

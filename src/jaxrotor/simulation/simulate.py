@@ -121,6 +121,7 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
             step = plan_for(machine, simulation, simulation.speed)
         else:  # what speed a line without a drive reaches is known when it has run
             info = simulate(machine, simulation, progress=False).info
+            found = plans.get(machine, Asked.of(simulation, simulation.check(machine)))
             step = Plan(
                 info.substeps or 1,
                 info.order or 6,
@@ -129,6 +130,7 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
                 float(info.pilot_error),
                 float(info.tolerance),
                 info.evaluations or 1,
+                parts=None if found is None else found.parts,
             )
     return dataclasses.replace(simulation, solver=solver, step=step, tolerance=None)
 

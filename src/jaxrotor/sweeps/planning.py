@@ -7,17 +7,25 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..core.block_matrix import Places
 from ..core.errors import ConvergenceError, InputError
 from ..core.quick import lightly_compiled
+from ..integrators.exponential import ExponentialAdams
+from ..integrators.fitted_weights import Parts
+from ..machine.field import n_free
+from ..machine.layout import count_of_free
 from ..machine.machine import Machine
 from ..machine.system import assemble_both
 from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
+from ..simulation.assembling import system_of
 from ..simulation.checks import initial_speed
 from ..simulation.pilot import Asked, begins_abruptly, find_plan, pilot, plan_for
 from ..simulation.planned import BUCKETS, Plan, fewest
+from ..simulation.prepared import reach_of, rungs_of
 from ..simulation.prescribed import Prescribed, looks, prescribed
 from ..simulation.simulation import Simulation
+from ..simulation.state_parts import parts_of
 from .batch import Setup, placed, run_batch, with_steps
 from .cases import Cases
 from .memory import rows_at_once
@@ -72,6 +80,22 @@ def steps_of(setup: Setup, cases: Cases, simulation: Simulation) -> Steps:
         setup.machine, cases.values, planned, when, abrupt, 1.0 / rate, good
     )
     return Steps(substeps, planned.speed, reason, planned.evaluations)
+
+
+def parts_of_all(setup: Setup, cases: Cases, large: int) -> Places | None:
+    """Parts of the state that no machine of the table mixes, by the first, one in the middle and the last;
+    `large`: states from which on they pay."""
+    rows = count_of_free(setup.machine)
+    if not isinstance(setup.run.solver, ExponentialAdams) or 2 * rows <= large:
+        return None
+    n, reach = len(cases), reach_of(setup.run)
+    systems = [
+        system_of(row_of(setup.machine, cases.values, row), nominal=True)
+        for row in sorted({0, n // 2, n - 1})
+    ]
+    A = np.concatenate([np.asarray(rungs_of(system, *reach)[1]) for system in systems])
+    parts = parts_of(A, rows, large)
+    return None if parts.single else parts.rows
 
 
 def row_of(machine: Machine, values: dict[str, np.ndarray], row: int) -> Machine:
@@ -155,7 +179,10 @@ def _pilots(given: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
         abrupt, h, top = at
         machine = placed(given, own)
         system, balanced = assemble_both(machine)
-        return pilot(system, balanced, when, abrupt, h, top, plan.order, plan.evaluations)
+        own = None if plan.parts is None else Parts(plan.parts.rows, n_free(system))
+        return pilot(
+            system, balanced, when, abrupt, h, top, plan.order, plan.evaluations, parts=own
+        )
 
     return jax.vmap(one)(values, when)
 

@@ -31,8 +31,12 @@ from .identity import fingerprint
 from .layout import check_names, chunks_of, filled, finished, kept, layout_of
 from .memory import check_chunk, chunk_size
 from .outputs import checked, needs_run, with_units
-from .planning import NO_STEP, Steps, row_of, steps_of
+from .planning import NO_STEP, Steps, parts_of_all, row_of, steps_of
 from .store import Kept, Store
+
+# States from which on parts of them have weights of their own: where each machine has its own weights, and
+# where all have them in common, so that products with them are of matrices.
+_LARGE, _LARGE_IN_COMMON = 24, 128
 
 
 @takes(parameters=None, outputs=mapping, store=path, chunk=whole(1))
@@ -167,10 +171,12 @@ def _stepped(setup: Setup, cases: Cases, steps: Steps) -> Setup:
     own = getattr(solver, "linear_part", None)
     if own is not None:
         return dataclasses.replace(setup, linear=jnp.asarray(own))
+    linear, large = None, _LARGE
     if shares_linear(setup.machine, steps.speed, cases.values):
         first = row_of(setup.machine, cases.values, 0)
-        setup = dataclasses.replace(setup, linear=linear_part(first, setup.run))
-    return setup
+        linear, large = linear_part(first, setup.run), _LARGE_IN_COMMON
+    run = dataclasses.replace(setup.run, parts=parts_of_all(setup, cases, large))
+    return dataclasses.replace(setup, run=run, linear=linear)
 
 
 def _open_or_make(keep: Store, resume, engine: Engine, told, setup, cases, planned, chunk) -> None:
