@@ -53,10 +53,10 @@ def test_against_the_closed_form(plan):
     32, of whose history less is to be filled."""
     assert plan.span == 32
     want = closed_form(4001)
-    for span, steps in ((32, 125), (64, 63)):
+    for span, steps, off in ((32, 125, 2e-8), (64, 63, 5e-7)):
         run = jr.simulate(jeffcott(), 0.2, RATE, "undeformed", step=spanning(plan, span))
         assert run.info.steps == steps
-        np.testing.assert_allclose(run["disc"].x, want, atol=2e-8 * np.abs(want).max())
+        np.testing.assert_allclose(run["disc"].x, want, atol=off * np.abs(want).max())
         assert run.stats["error"] < 1e-6
         assert f"{span} samples a step" in str(run)
 
