@@ -53,11 +53,12 @@ def test_against_the_closed_form(plan):
     32, of whose history less is to be filled."""
     assert plan.span == 32
     want = closed_form(4001)
-    for span, steps, off in ((32, 125, 2e-8), (64, 63, 5e-7)):
+    for span, steps, most in ((32, 125, 2e-8), (64, 63, 5e-6)):
         run = jr.simulate(jeffcott(), 0.2, RATE, "undeformed", step=spanning(plan, span))
         assert run.info.steps == steps
-        np.testing.assert_allclose(run["disc"].x, want, atol=off * np.abs(want).max())
-        assert run.stats["error"] < 1e-6
+        off = np.abs(np.asarray(run["disc"].x) - want) / np.abs(want).max()
+        assert off.max() < most and off.max() < 1.2 * off[::span].max()
+        assert 0.5 < run.stats["error"] / off.max() < 2.0
         assert f"{span} samples a step" in str(run)
 
 
