@@ -73,7 +73,7 @@ def once(stations: int, full: bool) -> dict:
     first = timed("first", lambda: run(10.0)) is not None
     assert first
     timed("ten", lambda: run(10.0))
-    found["step"] = found["ten"] / (10.0 * RATE * plan.substeps)
+    found["step"] = found["ten"] / (10.0 * RATE * plan.steps_a_sample)
 
     def peak(mass):
         run = jr.simulate(machine.set({"disc.mass": mass}), 1.0, RATE, step=plan)

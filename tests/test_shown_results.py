@@ -60,7 +60,7 @@ def test_every_public_class_with_numbers_shows_itself():
          "Peaks(frequencies=[1, 2] Hz, magnitudes=[1, 1])"),
         (jr.Plan(3, 6, 50 * RPM, 100 * RPM, 1e-6, 5e-5),
          "Plan(substeps=3, order=6, speed=50 rpm, top_speed=100 rpm, error=1e-06, tolerance=5e-05, "
-             "evaluations=1)"),
+             "evaluations=1, span=1)"),
         (jr.diagnostics.Ellipse(2.0, 1.0, np.pi / 4, 1.5 + 0j, 0.5j),
          "Ellipse(major=2, minor=1, inclination=45 deg, forward=1.5+0j, backward=0+0.5j)"),
         (jr.linear.Mode("1 forward", 20 * np.pi, 0.01, 0.063, -1 + 2j, "lateral", {}, 1.0, np.ones(18)),

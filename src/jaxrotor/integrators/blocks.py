@@ -1,9 +1,11 @@
 """A run as a list of blocks of steps: every block has steps of one length, by one set of weights.
 
-A run's instants are a grid of equal intervals, with `substeps` steps in each, and jumps in force between them
-at instants that may be traced. Between two instants where the history of N is lost (jumps; clocks that tick)
-lies a stretch: whole intervals by regular steps, or the part of an interval on one side of a jump, by as many
-shorter ones. Each begins with the short steps by which its history fills.
+A run's instants are a grid of equal intervals, with `substeps` steps in each, or `span` of them in a step,
+and jumps in force between them at instants that may be traced. Between two instants where the history of N is
+lost (jumps; clocks that tick) lies a stretch: whole intervals by regular steps, or the part of an interval on
+one side of a jump, by as many shorter ones. Each begins with the short steps by which its history fills.
+Where steps span intervals, those that a jump cuts go by stretches of single intervals up to its own and on
+behind it.
 """
 
 import math
@@ -29,11 +31,11 @@ _SHORT = 4
 REGULAR, ALONE = -2, -1
 
 
-def between_jumps(order: int, jumps: int, steps: int) -> int:
+def between_jumps(order: int, jumps: int, steps: int, span: int = 1) -> int:
     """Steps in a block, at most: each of the stretches beside jumps begins with blocks that use few, and
-    where all are gone through, used or not, most of the work is theirs."""
-    stretches = 1 + 3 * jumps
-    filled = stretches * (int(filling(order, order).upto[-1]) + 1)
+    where all are gone through, used or not, most of the work is theirs. `span`: samples in a step."""
+    stretches = 1 + (3 if span == 1 else 5) * jumps
+    filled = stretches * (int(filling(order, order, span).upto[-1]) + 1)
     return max(order, math.isqrt(_MIXING * steps // filled))
 
 
@@ -42,7 +44,7 @@ class Pattern(NamedTuple):
 
     Of each block: `offset` of its begin, the length `step` of its `count` steps, the `kind` of their weights,
     and whether its `end` is that of a regular step. The first evaluates N where the stretch begins. `upto`:
-    blocks that are needed for so many steps.
+    blocks that are needed for so many steps. `samples`: of each, in which block, and behind how many steps.
     """
 
     steps: FirstSteps
@@ -52,13 +54,14 @@ class Pattern(NamedTuple):
     kind: np.ndarray
     end: np.ndarray
     upto: np.ndarray
+    samples: np.ndarray
 
 
-def filling(order: int, longest: int) -> Pattern:
-    """`longest`: steps in a block."""
-    first = first_steps(order)
+def filling(order: int, longest: int, span: int = 1) -> Pattern:
+    """`longest`: steps in a block; `span`: samples in a step."""
+    first = first_steps(order, span)
     rows: list[list[Any]] = [[0.0, 0.0, 1, ALONE, False]]
-    begin = np.concatenate([[0.0], first.ends[:-1]])
+    begin, samples = np.concatenate([[0.0], first.ends[:-1]]), []
     for a, b, kind in zip(begin, first.ends, first.which):
         last = rows[-1]
         if kind == last[3] and last[2] < longest and not last[4]:
@@ -66,9 +69,11 @@ def filling(order: int, longest: int) -> Pattern:
         else:
             rows.append([a, b - a, 1, int(kind), False])
         rows[-1][4] = b % 1 == 0
+        if b * span % 1 == 0:
+            samples.append([len(rows) - 1, rows[-1][2]])
     offset, step, count, kind, end = (np.array(x) for x in zip(*rows))
     upto = np.array([1] + [int(np.sum(offset < p)) for p in range(1, order)])
-    return Pattern(first, offset, step, count, kind, end, upto)
+    return Pattern(first, offset, step, count, kind, end, upto, np.array(samples))
 
 
 class Blocks(eqx.Module):
@@ -79,9 +84,10 @@ class Blocks(eqx.Module):
     history fills; `piece`, (n, 2), the first and the last instant at which the force may be looked at;
     `ticks`: the clocks that tick at its begin.
 
-    `samples`: where the grid's instants are among the states at each block's begin and after each of `length`
-    steps. `used`: blocks that something happens in, the others follow. `lengths`: of a step in each part of
-    an interval, s; `starts`: when these begin.
+    `samples`: where the grid's instants are among the states at each block's begin and at each of the `span`
+    samples of each of `length` steps. `used`: blocks that something happens in, the others follow. `lengths`:
+    of a step in each part of an interval, s, and beside each jump in a step that it cuts; `starts`: when they
+    begin.
     """
 
     begin: Float[Array, " n"]
@@ -99,6 +105,12 @@ class Blocks(eqx.Module):
     lengths: Float[Array, " o"]
     starts: Float[Array, " o"]
     length: int = eqx.field(static=True)
+    span: int = eqx.field(static=True, default=1)
+
+    @property
+    def width(self) -> int:
+        """States of a block."""
+        return self.length * self.span + 1
 
     @property
     def per_block(self) -> tuple:
@@ -114,8 +126,8 @@ class Blocks(eqx.Module):
 
 class _Stretches(NamedTuple):
     """In order of time: `begin` (s), length of a `step` (s), number of `steps`, blocks (`rows`), jumps
-    that are
-    `passed`, the grid's instant where it begins, and which part of an interval it is, or -1."""
+    that are `passed`, the grid's instant where it begins, or one beyond all where no instant is looked for in
+    it, and which part of an interval it is, or -1."""
 
     begin: Any
     step: Any
@@ -135,18 +147,21 @@ def blocks_of(
     ticks: Bool[np.ndarray, "g c"] | None = None,
     length: int = LENGTH,
     room: tuple[int, int, int] | None = None,
+    span: int = 1,
 ) -> Blocks:
     """From t = 0 through so many intervals (s). `ticks`: which clocks tick at the grid's instants. Jumps
     outside the run are moved to its ends, where they do nothing. `length`: steps in a block. `room`: the most
-    intervals, steps in all and in an interval, where their numbers are traced."""
-    count, n, G = jumps.shape[0], substeps, intervals
-    sizes: Any = room or (G, G * n, n)
+    intervals, steps in all and in an interval, where their numbers are traced. `span`: intervals in a step, a
+    power of two; where it is more than one, `substeps` is one, and nothing ticks."""
+    count, n, G = jumps.shape[0], substeps, -(-intervals // span)
+    sizes: Any = room or (intervals, G * n, n)
     most, in_all, in_part = sizes
+    sample, interval = interval, interval * span
     due = np.zeros(0, int)
     if ticks is not None:
         due = np.flatnonzero(ticks.any(axis=1))
         due, length = due[due > 0], min(length, max(_SHORT, order))
-    pattern = filling(order, length)
+    pattern = filling(order, length, span)
     # without jumps all is known beforehand
     xp: Any = jnp if count or room else np
     last = G * interval
@@ -162,20 +177,30 @@ def blocks_of(
         return xp.asarray(pattern.upto)[xp.minimum(steps, order - 1)] + more
 
     whole = _whole_intervals(xp, due, cells, G, n, interval, rows_of)
-    first, total = (
-        whole.instant,
-        int(rows_of_most(pattern, in_all, length, due.size + 1 + count)),
-    )
-    stretches, parts = whole, None
+    total = int(rows_of_most(pattern, in_all, length, due.size + 1 + count))
+    # the stretches that instants are looked for in
+    stretches = on_grid = whole._replace(instant=whole.instant * span)
+    lengths, starts = jnp.zeros(0), jnp.zeros(0)
     if count:
-        parts = _parts(inside, cells, G, n, interval, rows_of)
-        stretches = _Stretches(*(jnp.concatenate(x) for x in zip(whole, parts)))
+        fine = cells
+        if span > 1:
+            fine = jnp.clip(jnp.floor(jax.lax.stop_gradient(inside / sample)), 0, G * span - 1)
+            fine = fine.astype(int)
+        parts = _parts(inside, fine, G * span, n, sample, rows_of)
+        lengths, starts, beside = parts.step, parts.begin, [parts]
         total += 2 * count * rows_of_most(pattern, in_part, length, 1)
+        if span > 1:
+            singles = _singles(fine, cells, span, sample, rows_of)
+            on_grid = _joined([on_grid, singles])
+            lengths = jnp.append(lengths, jnp.full(count, sample))
+            starts, beside = jnp.append(starts, inside), [singles, parts]
+            total += 2 * count * rows_of_most(pattern, span, length, 1)
+        stretches = _joined([whole, *beside])
         sequence = jnp.argsort(jax.lax.stop_gradient(stretches.begin), stable=True)
         stretches = _Stretches(*(x[sequence] for x in stretches))
-        place = jnp.argsort(sequence)[: first.shape[0]]
+        place = jnp.argsort(sequence)[: on_grid.instant.shape[0]]
     else:
-        place = np.arange(first.shape[0])
+        place = np.arange(on_grid.instant.shape[0])
     behind = xp.cumsum(stretches.rows)
     if xp is np:
         total = int(behind[-1])
@@ -205,7 +230,8 @@ def blocks_of(
     own_ticks = None
     if ticks is not None:
         own_ticks = xp.asarray(ticks)[own.instant] & (opens & (own.odd < 0))[:, None]
-    samples = _samples(xp, pattern, first, top, G, most, n, order, length)
+    instants = xp.minimum(np.arange(most + 1), intervals)
+    samples = _samples(xp, pattern, on_grid, top, instants, n, order, length, span)
     return Blocks(
         begin=jnp.asarray(own.begin + told(pattern.offset, done) * own.step),
         step=jnp.asarray(told(pattern.step, 1.0) * own.step),
@@ -219,10 +245,15 @@ def blocks_of(
         ticks=None if own_ticks is None else jnp.asarray(own_ticks),
         samples=jnp.asarray(samples),
         used=jnp.asarray(behind[-1]),
-        lengths=parts.step if parts else jnp.zeros(0),
-        starts=parts.begin if parts else jnp.zeros(0),
+        lengths=lengths,
+        starts=starts,
         length=length,
+        span=span,
     )
+
+
+def _joined(several: list[_Stretches]) -> _Stretches:
+    return _Stretches(*(jnp.concatenate(x) for x in zip(*several)))
 
 
 def rows_of_most(pattern: Pattern, steps: int, length: int, stretches: int) -> int:
@@ -262,17 +293,62 @@ def _parts(inside, cells, G, n, interval, rows_of) -> _Stretches:
     return _Stretches(begin, (ends - begin) / n, steps, rows, (which + 1) // 2, none, which)
 
 
-def _samples(xp, pattern: Pattern, first, top, G, most: int, n, order: int, length: int):
-    """Each instant of the grid lies in the last stretch of whole intervals that begins before or at it.
-    Behind the end the last one stands."""
-    instants = xp.minimum(np.arange(most + 1), G)
+def _singles(fine, cells, span: int, sample, rows_of) -> _Stretches:
+    """Of steps that a jump cuts: the intervals from their begin, or from behind the jump before, to the
+    jump's own, and those behind it to the step's end, where no other jump follows in it. `fine`: the
+    intervals that the jumps are in, `cells`: the steps."""
+    count = cells.shape[0]
+    inner = cells[1:] == cells[:-1]
+    no = jnp.zeros(1, bool)
+    again, more = jnp.concatenate([no, inner]), jnp.concatenate([inner, no])
+    ahead = jnp.where(again, jnp.roll(fine, 1) + 1, cells * span)
+    behind, end = fine + 1, (cells + 1) * span
+    begin = jnp.concatenate([ahead, behind])
+    steps = jnp.concatenate([fine - ahead, end - behind])
+    # where the jump's own interval begins with the stretch its state is looked for there
+    used = jnp.concatenate([fine >= ahead, ~more & (end > behind)])
+    which = jnp.arange(count)
+    steps = jnp.where(used, steps, 0)
+    return _Stretches(
+        begin * sample,
+        jnp.full(2 * count, sample),
+        steps,
+        jnp.where(used, rows_of(steps), 0),
+        jnp.concatenate([which, which + 1]),
+        jnp.where(used, begin, jnp.iinfo(begin.dtype).max),
+        jnp.tile(2 * count + which, 2),
+    )
+
+
+def _samples(
+    xp,
+    pattern: Pattern,
+    stretches: _Stretches,
+    top,
+    instants,
+    n,
+    order: int,
+    length: int,
+    span: int,
+):
+    """Each instant of the grid lies in the last of the stretches that begins before or at it. `top`: the
+    first block of each."""
+    first, single = stretches.instant, stretches.odd >= 0
+    if span > 1 and xp is not np:
+        by = xp.argsort(first, stable=True)
+        first, single, top = first[by], single[by], top[by]
     stretch = xp.searchsorted(first, instants, side="right") - 1
-    p = (instants - first[stretch]) * n
-    ending = xp.asarray(np.flatnonzero(pattern.end))  # the block that ends with the p-th step
-    early = ending[xp.clip(p - 1, 0, order - 2)]
+    # steps of one interval have no samples within
+    width = xp.where(single[stretch], 1, span)
+    past = (instants - first[stretch]) * n
+    p = -(-past // width)  # the step that ends there, or that it is in
+    early = xp.asarray(pattern.samples)[
+        xp.clip(past * (span // width) - 1, 0, len(pattern.samples) - 1)
+    ]
     late = xp.maximum(p - order, 0)
-    block = xp.where(p < order, early, int(pattern.upto[-1]) + late // length)
-    slot = xp.where(p < order, xp.asarray(pattern.count)[early], late % length + 1)
-    at_begin = p == 0
-    block, slot = xp.where(at_begin, 0, block), xp.where(at_begin, 0, slot)
-    return (top[stretch] + block) * (length + 1) + slot
+    block = xp.where(p < order, early[:, 0], int(pattern.upto[-1]) + late // length)
+    slot = xp.where(p < order, early[:, 1], late % length + 1)
+    row = slot * span - xp.where(p < order, 0, p * width - past)
+    at_begin = past == 0
+    block, row = xp.where(at_begin, 0, block), xp.where(at_begin, 0, row)
+    return (top[stretch] + block) * (length * span + 1) + row

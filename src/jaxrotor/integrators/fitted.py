@@ -27,6 +27,7 @@ from jaxtyping import Array, Float
 
 from .abreast import scanned_abreast
 from .blocks import REGULAR, Blocks
+from .dense_output import samples_within
 from .fitted_weights import FittedWeights
 from .ladder import Ladder
 from .progress import PARTS, hand_over
@@ -65,8 +66,9 @@ _PLAIN = Method()
 
 
 class Course(eqx.Module):
-    """The states at the grid's instants, or what `watch` kept of them; of each instant the gap of N
-    there, and by how much it grew in the step before; of each block what the probe found beside those two."""
+    """The states at the grid's instants, or what `watch` kept of them; of each that a step ends at, unless
+    jumps are in it, the gap of N there, and by how much it grew in the step before; of each block what the
+    probe found beside those two."""
 
     kept: Any
     gaps: Float[Array, "g 2 m"] | None
@@ -88,7 +90,7 @@ def run_through(
     the state behind it. `watch`: what is kept of a block's instants and states. `told`: what is at the
     samples is handed over, part by part, while it comes.
     """
-    k, m = ladder.order, ladder.with_N
+    k, m, span = ladder.order, ladder.with_N, ladder.span
     length, exact = blocks.length, (method.lasting or told) and watch is None
 
     def block(carried: _Carried, x):
@@ -130,23 +132,30 @@ def run_through(
             is_step = j < count
             y = jnp.where(is_step, x, y)
             N = jnp.where(is_step, jnp.concatenate([(expected + gap)[None], N[:-1]]), N)
-            return (y, N), (y, first if method.probe else None)
+            return (y, N), (y, N[0] if span > 1 else None, first if method.probe else None)
 
+        begun = N
         if exact:
-            (y1, N), (ys, gaps) = _as_many(one, (y, N), last + method.probe, length + method.probe)
+            (y1, N), kept = _as_many(one, (y, N), last + method.probe, length + method.probe)
         elif method.abreast:
-            (y1, N), (ys, gaps) = scanned_abreast(one, (y, N), length + method.probe)
+            (y1, N), kept = scanned_abreast(one, (y, N), length + method.probe)
         else:
             ready = tangents_in_turn(one) if method.forward else _made_again(one)
             steps = jnp.arange(length + method.probe)
-            (y1, N), (ys, gaps) = jax.lax.scan(ready, (y, N), steps)
+            (y1, N), kept = jax.lax.scan(ready, (y, N), steps)
+        ys, Ns, gaps = kept
         ys, pushes = ys[:length], opens | ends
         coarse = jnp.where(pushes, jnp.concatenate([N[:1], coarse[:-1]]), coarse)
         states = jnp.where(pushes, jnp.concatenate([y1[None], states[:-1]]), states)
         states = jnp.where(regular, ys[-k:][::-1], states)
         seen = jnp.concatenate([y[None], ys])
+        if span > 1:
+            history = jnp.concatenate([begun[::-1], Ns[:length]])
+            own_steps = regular & (odd < 0)
+            more = _with_samples(ladder, rung, own, seen, history, own_steps)
+            seen = jnp.concatenate([y[None], more])
         if watch is not None:
-            seen = watch(jax.vmap(instant)(jnp.arange(length + 1.0)), seen)
+            seen = watch(jax.vmap(instant)(jnp.arange(blocks.width) / span), seen)
         probed = None
         if gaps is not None:
             probed = _probed(gaps, last, regular & (count == length))
@@ -166,7 +175,8 @@ def run_through(
 
     grown = None
     if gaps is not None:
-        own, step = jnp.divmod(blocks.samples, length + 1)
+        own, step = jnp.divmod(blocks.samples[::span], blocks.width)
+        step = step // span
         known = (step >= 2) & (blocks.kind[own] == REGULAR) & (step <= blocks.count[own])
         step = jnp.maximum(step, 2)
         grown = jax.vmap(_grown)(known, gaps[own, step - 1], gaps[own, step - 2])
@@ -185,6 +195,18 @@ def _as_many(one: Callable, carry: Any, count: Array | int, most: int) -> Any:
         return carry, jax.tree.map(lambda a, b: place(a, b, j, 0), kept, found)
 
     return jax.lax.fori_loop(0, count, step, (carry, kept))
+
+
+def _with_samples(
+    ladder: Ladder, rung, speed, seen: Float[Array, "l+1 d"], history: Float[Array, "l+k m"], whole
+) -> Float[Array, "ln d"]:
+    """The states at each sample of a block, of those at the ends of its steps, with where it begins; the same
+    again within steps that are not `whole`."""
+    begin, ys = seen[:-1], seen[1:]
+    own, coefficients = ladder.between_samples(rung, speed)
+    within = samples_within(own, ladder.parts, coefficients, begin, history)
+    within = jnp.where(whole, within, ys[:, None])
+    return jnp.concatenate([within, ys[:, None]], axis=1).reshape(-1, ys.shape[1])
 
 
 def _made_again(one: Callable) -> Callable:
@@ -237,7 +259,7 @@ def _rebased(N: Float[Array, "k m"], states: Float[Array, "k d"], change: Float[
 
 def _while_used(block, first: _Carried, blocks: Blocks, m: int, probe: bool, told: bool) -> Course:
     """Through the blocks that are used; of their steps only those at samples are kept."""
-    n, width = blocks.begin.size, blocks.length + 1
+    n, width, span = blocks.begin.size, blocks.width, blocks.span
     samples, d = blocks.samples, first.y.size
     place = jax.lax.dynamic_update_index_in_dim
     # they are in the order of the blocks; behind the end the last one is repeated
@@ -253,9 +275,11 @@ def _while_used(block, first: _Carried, blocks: Blocks, m: int, probe: bool, tol
             step = samples[i] - b * width
             kept, grown = place(course.kept, seen[step], i, 0), None
             if probe:
+                # the last sample in a step is where it ends
+                step = -(-step // span)
                 known = (step >= 2) & (own[3] == REGULAR) & (step <= own[2])
                 grown = _grown(known, gaps[step - 1], gaps[step - 2])
-                grown = place(course.gaps, grown, i, 0)
+                grown = place(course.gaps, grown, -(-i // span), 0)
             return Course(kept, grown, course.probes)
 
         course = jax.lax.fori_loop(edges[b], edges[b + 1], sample, course)
@@ -265,7 +289,8 @@ def _while_used(block, first: _Carried, blocks: Blocks, m: int, probe: bool, tol
 
     found = Course(jnp.zeros((samples.size, d)), None, None)
     if probe:
-        found = Course(found.kept, jnp.zeros((samples.size, 2, m)), jnp.zeros((n, 3, m)))
+        ends = -(-(samples.size - 1) // span) + 1
+        found = Course(found.kept, jnp.zeros((ends, 2, m)), jnp.zeros((n, 3, m)))
     if not told:
         return jax.lax.fori_loop(0, blocks.used, one, (first, found))[1]
     size = -(-n // PARTS)

@@ -23,7 +23,7 @@ LARGEST_TURN = 2.0
 
 # Functions that moments are kept of beyond the past values: one for the correction, and two pairs more for
 # weights fitted to an angle beside theirs.
-_MORE = 5
+MORE = 5
 
 
 class Parts(NamedTuple):
@@ -90,7 +90,7 @@ def moments(
     stacked. Those of `h` turn by `turn`, the shorter ones by as much less."""
     d = balance(A)
     balanced = h * A * d[None, :] / d[:, None]
-    flow, means = phi_columns(balanced, order + _MORE, turn, levels, exact_rows)
+    flow, means = phi_columns(balanced, order + MORE, turn, levels, exact_rows)
     back = d[:, None] / d[None, :]
     lengths = (h * 2.0 ** -np.arange(levels, -1.0, -1.0))[:, None, None, None]
     return Moments(flow * back + jnp.eye(A.shape[0]), lengths * means * back[:, exact_rows:])
@@ -131,7 +131,7 @@ def fitted_weights(
     return weights_of(own, *fitted_mix(turn, order, turn))
 
 
-# For n past points, in terms of the q = order + _MORE functions of `Moments`: the mix that is one at each
+# For n past points, in terms of the q = order + MORE functions of `Moments`: the mix that is one at each
 # point and zero at the others, (order, q), zeros beyond n; the one that is zero at all and one at the step's
 # end, (q,); and the values of the former there, (order,).
 Mix = tuple[Any, Any, Any]
@@ -140,7 +140,7 @@ Mix = tuple[Any, Any, Any]
 def fitted_mix(turn: Float[Array, ""], order: int, near: Float[Array, ""]) -> Mix:
     """`near`: the angle that the moments turn by. What turns by it are terms of a higher order in the pair
     that turns by `turn`: so weights for many angles are mixed from the moments of one near enough."""
-    at, count = np.append(-np.arange(order, dtype=float), 1.0), order + _MORE
+    at, count = np.append(-np.arange(order, dtype=float), 1.0), order + MORE
     powers = np.stack([at**i / factorial(i) for i in range(count - 2)])
     values = jnp.concatenate([powers, turning_powers(at, near, count - 2, 2)])
     # u_n = s^n/n! - turn² u_(n+2), down to the functions that there are moments of
@@ -180,7 +180,7 @@ def polynomial_mix(points: np.ndarray, order: int) -> Mix:
     at = np.append(points, 1.0)
     powers = np.stack([at**i / factorial(i) for i in range(n + 1)], axis=1)
     mix = np.linalg.inv(powers[:n, :n])
-    past, ahead, after = np.zeros((order, order + _MORE)), np.zeros(order), np.zeros(order + _MORE)
+    past, ahead, after = np.zeros((order, order + MORE)), np.zeros(order), np.zeros(order + MORE)
     past[:n, :n], ahead[:n] = mix.T, powers[n, :n] @ mix
     after[: n + 1] = np.linalg.inv(powers)[:, n]
     return past, after, ahead
@@ -199,10 +199,16 @@ class FirstSteps(NamedTuple):
     regular: np.ndarray
 
 
-def first_steps(order: int, parts: int = 4, halvings: int = 7) -> FirstSteps:
-    """The first step is 2^-halvings of a part of a regular one, since it knows but one value of N; each next
-    one doubles what has been done, by no more than four values (six so far apart are unstable). Parts follow
-    until regular steps know enough regular points."""
+# Parts of a regular step by which the first ones go; and by how many halvings the very first is shorter.
+_PARTS, FIRST_HALVINGS = 4, 9
+
+
+def first_steps(order: int, span: int = 1) -> FirstSteps:
+    """The first step is 2^-9 of a regular one, since it knows but one value of N; each next one doubles what
+    has been done, by no more than four values (six so far apart are unstable). Parts follow until regular
+    steps know enough regular points: each of the `span` samples in a step is the end of one."""
+    parts = max(_PARTS, span)
+    halvings = FIRST_HALVINGS - parts.bit_length() + 1
     growth = [2.0 ** (i - halvings) for i in range(halvings)]
     times = np.array([0.0, *growth, *range(1, parts * (order - 1) + 1)]) / parts
     lengths, kinds, which = np.diff(times), [], []

@@ -16,7 +16,9 @@ from jaxtyping import Array, Float
 
 from ..core.block_matrix import BlockMatrix, sub_block
 from .blocks import ALONE, REGULAR, Blocks
+from .dense_output import Within, powers_between
 from .fitted_weights import (
+    FIRST_HALVINGS,
     FittedWeights,
     Moments,
     Parts,
@@ -56,6 +58,9 @@ class Ladder(eqx.Module):
     `moments`: of regular steps at each A, of the short steps of the start, and of no step at all.
     `mixes`: for the fits of each rung, at `turns` (rad), of the start, none, and the fits of the parts of
     intervals. A does not mix `parts` of the state: each has `moments` of its own.
+
+    Where a step spans several samples, `within`: of each A at the speeds what carries the state from one to
+    the next, and `powers` (`powers_between`).
     """
 
     speeds: Float[Array, " s"]
@@ -68,6 +73,9 @@ class Ladder(eqx.Module):
     order: int = eqx.field(static=True)
     chains: int = eqx.field(static=True)
     parts: Parts = eqx.field(static=True)
+    within: Within | None = None
+    powers: Float[Array, "s n p q"] | None = None
+    span: int = eqx.field(static=True, default=1)
 
     @property
     def with_N(self) -> int:
@@ -82,7 +90,7 @@ class Ladder(eqx.Module):
         return jnp.where(odd < 0, rung, self.speeds.size + odd)
 
     def weights(self, rung, odd, kind, speed) -> FittedWeights:
-        steps = first_steps(self.order)
+        steps = first_steps(self.order, self.span)
         levels = _levels(steps)
         rungs, fits = self.turns.shape
         regular = self.A.shape[0]
@@ -95,15 +103,27 @@ class Ladder(eqx.Module):
             regular + chain * max(levels) + max(levels) - jnp.asarray(levels)[start],
         )
         which = jnp.where(kind == ALONE, self.moments[0].flow.shape[0] - 1, which)
-        turn = turn_of(speed, self.h)
-        fit = rung * fits + jnp.argmin(jnp.abs(self.turns[rung] - turn))
-        first = rungs * fits
+        fit, first = self._fit(rung, speed), rungs * fits
         mix = jnp.where(odd < 0, fit, first + len(levels) + 1 + odd)
         mix = jnp.where(
             kind == REGULAR, mix, jnp.where(kind == ALONE, first + len(levels), first + start)
         )
         own = jax.tree.map(lambda x: x[which], self.moments)
         return weights_of_parts(own, self.parts, *(x[mix] for x in self.mixes))
+
+    def _fit(self, rung, speed) -> Array:
+        own = self.turns[rung]
+        return rung * own.size + jnp.argmin(jnp.abs(own - turn_of(speed, self.h)))
+
+    def between_samples(self, rung, speed) -> tuple[Within, Float[Array, "n p k+1"]]:
+        """What `samples_within` a regular step are found by, and the coefficients."""
+        fit = self._fit(rung, speed)
+        past, after, ahead = (x[fit] for x in self.mixes)
+        assert self.within is not None and self.powers is not None
+        # the correction is by what the value at the end differs from what was expected there
+        of_values = jnp.concatenate([after[None], past - ahead[:, None] * after])
+        coefficients = jnp.einsum("npq,kq->npk", self.powers[rung], of_values)
+        return jax.tree.map(lambda x: x[rung], self.within), coefficients
 
     def lower(self, matrix: Float[Array, "m d"]) -> Float[Array, "m d"] | BlockMatrix:
         """Of what is like A's rows that have an N, for products with it."""
@@ -201,12 +221,13 @@ def ladder_of(
     mixed: "Mixed | None" = None,
     parts: Parts | None = None,
     xp: Any = jnp,
+    span: int = 1,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
     jumps. `chains` of the speeds, those `beside` jumps, of the parts of intervals, and what is `mixed` of
     both, where they are known: all of them, of each of the state's `parts` that no A mixes, and it may be in
-    NumPy's arrays, `xp`."""
+    NumPy's arrays, `xp`. `span`: samples in a step, a power of two up to 64."""
     s, d, _ = A.shape
     single = blocks is None or blocks.single
     parts = Parts.whole(d, exact_rows) if parts is None else parts
@@ -233,8 +254,13 @@ def ladder_of(
         for own, more in zip(chains, beside or [None] * len(chains))
     )
     if mixed is None:
-        mixed = mixed_for(speeds, h, order, wanted, lengths)
-    return Ladder(speeds, mixed.turns, h, A, slopes, moments, mixed.mixes, order, count, parts)
+        mixed = mixed_for(speeds, h, order, wanted, lengths, span)
+    within = None
+    if span > 1:
+        level = FIRST_HALVINGS - span.bit_length() + 1
+        within = Within.of([jax.tree.map(lambda x: x[:, level], c.starting) for c in chains])
+    of_speeds = speeds, mixed.turns, h, A, slopes
+    return Ladder(*of_speeds, moments, mixed.mixes, order, count, parts, within, mixed.powers, span)
 
 
 def _all_moments(chains: Chains, first: Any, beside: Chains | None, xp: Any) -> Moments:
@@ -259,10 +285,11 @@ def _within(parts: Parts) -> Float[np.ndarray, "d d"]:
 
 
 class Mixed(NamedTuple):
-    """`turns` and `mixes` of a `Ladder`: of the machine they know no more than its speeds."""
+    """`turns`, `mixes` and `powers` of a `Ladder`: of the machine they know no more than its speeds."""
 
     turns: Float[Array, "s f"]
     mixes: tuple[Array, ...]
+    powers: Float[Array, "s n p q"] | None = None
 
 
 def mixed_for(
@@ -271,9 +298,10 @@ def mixed_for(
     order: int,
     speeds_of_parts: Float[Array, " o"],
     lengths: Float[Array, " o"],
+    span: int = 1,
 ) -> Mixed:
     """`lengths` of the parts of intervals, s."""
-    steps, near = first_steps(order), turn_of(speeds, h)
+    steps, near = first_steps(order, span), turn_of(speeds, h)
     turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, lengths))
     turns = turn_of(_about(speeds), h)
     fits = jax.vmap(lambda turn, near: fitted_mix(turn, order, near), in_axes=(0, 0))(
@@ -285,7 +313,10 @@ def mixed_for(
     if turned.size:
         of_parts = jax.vmap(lambda turn: fitted_mix(turn, order, turn))(turned)
         mixes = tuple(jnp.concatenate(pair) for pair in zip(mixes, of_parts))
-    return Mixed(turns, jax.lax.stop_gradient(mixes))
+    powers = None
+    if span > 1:
+        powers = jax.lax.stop_gradient(jax.vmap(lambda w: powers_between(w, order, span))(near))
+    return Mixed(turns, jax.lax.stop_gradient(mixes), powers)
 
 
 def _about(speeds: Float[Array, " s"]) -> Float[Array, "s f"]:

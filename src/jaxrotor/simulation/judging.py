@@ -14,6 +14,7 @@ from .attitude import poles_passed
 from .blame import not_finite
 from .equilibrium import refuse_unbalanced
 from .response import Response
+from .run_info import steps_words
 
 # A periodic whirl found by shooting must come back to this part of its size.
 STEADY_GAP = 1e-7
@@ -59,7 +60,7 @@ def judge(response: Response, initial, checks) -> None:
         raise SimulationFailed(
             f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
             f"and {t[sample]:.6g} s ({response.info.solver}, "
-            f"{response.info.substeps or 'adaptive'} steps a sample): {remedy}; "
+            f"{steps_words(response.info)}): {remedy}; "
             f"the {sample} samples before are in the exception's `response`",
             kept,
         )

@@ -119,8 +119,7 @@ def _by_blocks(
         watch,
         told,
     )
-    steps = jnp.asarray(setup.intervals * setup.substeps)
-    error = None
+    steps, error = jnp.asarray(setup.steps), None
     if judged and watch is None:
         error = error_by_blocks(ladder, course, setup.interval, setup.intervals, system)
     kept = eqxi.nondifferentiable_backward(course.kept, msg=_FORWARD) if forward else course.kept

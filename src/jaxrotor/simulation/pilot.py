@@ -17,7 +17,7 @@ from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
 from ..integrators.blocks import LENGTH, LONGEST, blocks_of
 from ..integrators.fitted import Method, run_through
-from ..integrators.fitted_weights import Parts
+from ..integrators.fitted_weights import Parts, first_steps
 from ..integrators.ladder import ladder_of, rung_speeds
 from ..machine.field import initial_states, jacobians, n_free, relative_field
 from ..machine.layout import count_of_free
@@ -27,13 +27,14 @@ from .assembling import nominal_of, system_of
 from .blame import not_finite
 from .condensing import condensed_for
 from .known_chains import known_chains
-from .planned import Plan, bucket, fewest
+from .planned import Plan, any_bucket, bucket, finer, in_whole, longest_turn
 from .prepared import Known, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .remembered import Remembered
 from .run_error import peaks, share_of_peaks
 from .shaken import carried_since, released
 from .simulation import Simulation, as_simulation, end_or_simulation
+from .solver import is_adams, may_span
 from .state_parts import StateParts, opened, parts_of
 
 # Steps of a pilot.
@@ -46,6 +47,8 @@ _SLOW = 0.25
 _KEPT = 64
 # Steps in a sample, at most.
 _MOST = 8192
+# A sample within a step, as part of a step.
+_SAMPLE = 0.2
 # Instants at which pilots run, at most.
 _PILOTS = 8
 
@@ -65,7 +68,8 @@ def plan(
     tolerance: float | None = None,
     order: int | None = None,
 ) -> Plan:
-    """The number of steps in a sample interval that keeps the error below `tolerance` (by default 5e-5).
+    """The number of steps in a sample interval, or of sample intervals in a step, that keeps the error below
+    `tolerance` (by default 5e-5).
 
     A first guess turns the machine, and the fastest of what is given in time, by a radian a step at the
     highest speed that its drive reaches (or at `speed`). Pilots then run a hundred steps at that speed with
@@ -86,7 +90,7 @@ def plan(
 
 class Asked(NamedTuple):
     """What a plan is for. `speed`: at the start, or reached, rad/s. `steady`: whether the run starts on its
-    periodic whirl."""
+    periodic whirl. `adams`: whether the Adams method steps."""
 
     t_end: float
     sample_rate: float
@@ -94,12 +98,14 @@ class Asked(NamedTuple):
     tolerance: float
     order: int
     steady: bool
+    adams: bool = True
 
     @classmethod
     def of(cls, simulation: Simulation, speed: Any) -> "Asked":
         own = None if speed is None or not is_concrete(speed) else float(numbers(speed))
         t_end, rate, steady = simulation.t_end, simulation.sample_rate, simulation.start == "steady"
-        return cls(t_end, rate, own, simulation.planned_tolerance, simulation.order, steady)
+        tolerance, order = simulation.planned_tolerance, simulation.order
+        return cls(t_end, rate, own, tolerance, order, steady, is_adams(simulation.solver))
 
 
 plans: Remembered[Plan] = Remembered(_KEPT)
@@ -139,7 +145,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         fine = jax.tree.map(lambda x: x[_RUNGS:], both)
         return Known(A, coarse), Known(A, fine)
 
-    def seen(substeps: int, evaluations: int) -> float:
+    def seen(substeps: float, evaluations: int) -> float:
         h = interval / substeps
         each = {w: known(w, h) for w in linear}
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
@@ -150,7 +156,9 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         )
         return float(found)
 
-    first = fewest(max(top, float(given.frequency)), interval)
+    first = longest_turn(max(top, float(given.frequency)), interval)
+    spans = asked.adams and may_span(None, machine)
+    first = any_bucket(first) if spans else bucket(first)
     found = _search(seen, first, order, tolerance)
     if found is None:
         blame = (
@@ -165,19 +173,32 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
             "shafts without damping some (rayleigh=..., their short waves ring for ever), or choose a solver "
             "for stiff nonlinearity such as jr.Rosenbrock()"
         )
-    substeps, evaluations, error = found
+    steps, evaluations, error = found
+    jumps = np.unique(np.asarray(given.jumps))
+    inside = int(np.sum((jumps > 0) & (jumps < t_end)))
+    substeps, span = in_whole(_that_pays(steps, t_end / interval, inside, order))
+    block = _block(machine, given, t_end, interval * span / substeps)
+    half = 0.5 * forward * top
+    lasting = lasting_parts(machine, forward * top, slowest, every)
     return Plan(
-        substeps,
-        order,
-        0.5 * forward * top,
-        top,
-        error,
-        tolerance,
-        evaluations,
-        _block(machine, given, t_end, interval / substeps),
-        slowest,
-        lasting_parts(machine, forward * top, slowest, every),
+        substeps, order, half, top, error, tolerance, evaluations, block, slowest, lasting, span
     )
+
+
+def _that_pays(steps: float, intervals: float, jumps: int, order: int) -> float:
+    """In a sample interval: so many, or more where that takes less work in a run of so many `intervals`: the
+    longer a step, the more is done while a history fills, at the start and about each jump."""
+    if steps >= 1:
+        return steps
+
+    def work(span: int) -> float:
+        if span == 1:
+            return intervals + (1 + 3 * jumps) * len(first_steps(order).ends)
+        filling = (1 + 5 * jumps) * len(first_steps(order, span).ends)
+        return intervals * (1 / span + _SAMPLE) + filling + jumps * span
+
+    spans = [2**i for i in range(in_whole(steps)[1].bit_length())]
+    return 1 / min(spans, key=work)
 
 
 def _slowest(machine: Machine, given: Prescribed, speed: Any) -> float:
@@ -204,13 +225,13 @@ def _block(machine: Machine, given: Prescribed, t_end: float, h: float) -> int:
 
 
 def _search(
-    seen: Callable[[int, int], float], substeps: int, order: int, tolerance: float
-) -> tuple[int, int, float] | None:
+    seen: Callable[[float, int], float], substeps: float, order: int, tolerance: float
+) -> tuple[float, int, float] | None:
     """Steps in a sample and evaluations in a step, and the error then: the fewest evaluations. With one in a
     step, steps must be short where forces change fast with the state; two serve where that costs less."""
-    tries: dict[int, float] = {}
+    tries: dict[float, float] = {}
 
-    def longest(substeps: int, evaluations: int, times: int, most: float):
+    def longest(substeps: float, evaluations: int, times: int, most: float):
         for _ in range(times):
             if substeps > most:
                 return None
@@ -221,14 +242,15 @@ def _search(
             growth = 2.0
             if math.isfinite(error):
                 growth = min(4.0, 1.05 * (error / tolerance) ** (1 / (order + 1)))
-            substeps = bucket(max(substeps + 1, substeps * growth))
+            substeps = any_bucket(max(finer(substeps), substeps * growth))
         return None
 
     found = longest(substeps, 1, 3, _MOST)
     if found is not None:
         return found
     twice = longest(substeps, 2, 6, _MOST)
-    once = longest(max(tries) + 1, 1, 4, _MOST if twice is None else 2 * twice[0] - 1)
+    most = _MOST if twice is None else 2 * twice[0] - min(twice[0], 1)
+    once = longest(finer(max(tries)), 1, 4, most)
     return once or twice
 
 
@@ -251,8 +273,9 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
     """What an exponential solver is to step by: the plan that was given, one for the step that was, or one
     that is chosen. `speed`: at the start, rad/s."""
     step, order, rate = simulation.step, simulation.order, simulation.sample_rate
+    spans = may_span(simulation.solver, machine)
     if isinstance(step, Plan):
-        return step
+        return step if spans else step.by_samples()
     if step is None:
         return find_plan(machine, Asked.of(simulation, speed))
     try:
@@ -268,8 +291,9 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         forward, slowest = _direction(given, when, t_end, speed), _slowest(machine, given, speed)
     nan = float("nan")
     # no pilot has seen whether forces change fast with the state: two evaluations bear more of that
+    substeps, span = in_whole((any_bucket if spans else bucket)(1.0 / rate / float(step)))
     return Plan(
-        bucket(1.0 / rate / float(step)),
+        substeps,
         order,
         0.5 * forward * top,
         top,
@@ -277,13 +301,14 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         nan,
         2,
         slowest=slowest,
+        span=span,
     )
 
 
 def unresolved(machine: Machine, plan: Plan, t_end: float, interval: float) -> bool:
     """Whether something swings by more than half a turn in a step: what the steps see tells nothing then."""
     given = prescribed_until(machine, t_end)
-    return max(plan.top_speed, float(given.frequency)) * interval / plan.substeps > math.pi
+    return max(plan.top_speed, float(given.frequency)) * interval / plan.steps_a_sample > math.pi
 
 
 def _instants(machine: Machine, given: Prescribed, when: float, t_end: float) -> np.ndarray:

@@ -3,11 +3,14 @@
 import math
 from dataclasses import dataclass, field, replace
 
+from ..core.errors import InputError
 from ..core.result_text import shows
 from ..integrators.blocks import LENGTH
 from .state_parts import StateParts
 
 # Steps in a sample interval come in these numbers, so that few programs are compiled.
+# Sample intervals in a step come in powers of two, up to this.
+LONGEST_SPAN = 64
 BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
 # rad of rotation in a step from which the search begins.
 _LARGEST_TURN = 1.0
@@ -19,7 +22,8 @@ DEFAULT_TOLERANCE = 5e-5
 class Plan:
     """How a run is stepped; give it to `simulate(..., step=plan)`.
 
-    - `substeps`: steps in a sample interval. - `order`: of the exponential Adams method.
+    - `substeps`: steps in a sample interval. - `span`: or sample intervals in a step, a power of two up to
+      64; where it is above one, `substeps` is one. - `order`: of the exponential Adams method.
     - `speed`: rad/s, half the highest, with its direction: the machine is linearised at speeds up to
       twice that. - `top_speed`: the highest expected.
     - `error`: what the pilot saw, as part of each coordinate's peak; `tolerance`: what was asked.
@@ -42,7 +46,29 @@ class Plan:
     block: int = field(default=LENGTH, repr=False)
     slowest: float = field(default=0.0, repr=False)
     parts: StateParts | None = field(default=None, repr=False)
+    span: int = 1
 
+    def __post_init__(self):
+        if self.span > 1 and self.substeps > 1:
+            raise InputError(
+                f"substeps is {self.substeps} and span {self.span}, but a step is a part of a sample "
+                "interval or several of them: leave one of them at 1"
+            )
+        if self.span not in _SPANS:
+            raise InputError(
+                f"span must be a power of two from 1 to {LONGEST_SPAN}, but is {self.span!r}"
+            )
+
+    @property
+    def steps_a_sample(self) -> float:
+        return self.substeps / self.span
+
+    def by_samples(self) -> "Plan":
+        """With steps that are no longer than from sample to sample."""
+        return replace(self, span=1)
+
+
+_SPANS = tuple(2**i for i in range(LONGEST_SPAN.bit_length()))
 
 # Times that a run which left the finite numbers is tried with a shorter step.
 RETRIES = 2
@@ -56,9 +82,32 @@ def bucket(substeps: float) -> int:
     return 64 * math.ceil(substeps / 64 - 1e-9)
 
 
+def any_bucket(steps: float) -> float:
+    """As `bucket`, where steps may span samples: below one, the next half, quarter, ..."""
+    if steps > 0.5 + 1e-9:
+        return bucket(steps)
+    spans = (span for span in reversed(_SPANS) if span * steps <= 1 + 1e-9)
+    return 1.0 / next(spans)
+
+
+def in_whole(steps: float) -> tuple[int, int]:
+    """So many in a sample interval, by what `any_bucket` gives: `substeps` and `span` of a `Plan`."""
+    return (1, round(1.0 / steps)) if steps < 1 else (round(steps), 1)
+
+
+def finer(steps: float) -> float:
+    """More in a sample interval, at least."""
+    return 2 * steps if steps < 1 else steps + 1
+
+
 def fewest(frequency: float, interval: float) -> int:
     """Steps in a sample interval that follow what turns or swings at `frequency` (rad/s)."""
-    return bucket(frequency * interval / _LARGEST_TURN)
+    return bucket(longest_turn(frequency, interval))
+
+
+def longest_turn(frequency: float, interval: float) -> float:
+    """As `fewest`, before it is a whole number."""
+    return frequency * interval / _LARGEST_TURN
 
 
 def refined(plan: Plan, error: float) -> Plan:
@@ -66,4 +115,6 @@ def refined(plan: Plan, error: float) -> Plan:
     growth = 2.0
     if math.isfinite(error):
         growth = min(8.0, 1.1 * (error / plan.tolerance) ** (1 / (plan.order + 1)))
-    return replace(plan, substeps=bucket(max(plan.substeps + 1, plan.substeps * growth)))
+    now = plan.steps_a_sample
+    substeps, span = in_whole(any_bucket(max(finer(now), now * growth)))
+    return replace(plan, substeps=substeps, span=span)

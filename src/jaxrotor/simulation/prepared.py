@@ -102,7 +102,7 @@ def with_ladder(
 ) -> Prepared:
     """By programs that plans have used: outside of any other. `extra`: as of `prepare`."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
-    of = known.linear, steps, setup.interval, setup.substeps, reach_of(setup)
+    of = known.linear, steps, setup.regular, reach_of(setup)
     ladder = _ladders.get(of, (order, rows, extra))
     if ladder is None:
         ladder = _ladders.put(
@@ -118,7 +118,7 @@ def _ladder(
     top, slowest = map(np.asarray, reach_of(setup))
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, slowest, xp=np))
     A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
-    h = np.full(speeds.shape, np.asarray(setup.interval) / np.asarray(setup.substeps))
+    h = np.full(speeds.shape, np.asarray(setup.regular))
     parts = parts_of(A, rows)
     chains, beside = known_chains(A, h, speeds, order, parts), None
     if of_parts.size:
@@ -126,11 +126,11 @@ def _ladder(
         lengths = np.asarray(steps.blocks.lengths)
         beside = known_chains(A[at], lengths, of_parts, order, parts)
     here = jax.device_put((speeds, h[0]))
-    found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths)
+    found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths, setup.span)
     mixed = jax.tree.map(np.asarray, found)
     # in NumPy's arrays: for each machine the least that is compiled
     own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
-    known_of_it: Any = dict(chains=chains, beside=beside, mixed=mixed, parts=parts)
+    known_of_it: Any = dict(chains=chains, beside=beside, mixed=mixed, parts=parts, span=setup.span)
     ladder = ladder_of(own[0], own[1], own[2], order, rows, *own[3], **known_of_it, xp=np)
     return jax.device_put(ladder)
 
@@ -180,12 +180,12 @@ def prepare(
     refine, steps = steps_of(system, setup)
     # of our own A the leading rows, rates of the coordinates, are all there is
     rows = n_free(system) if solver.linear_part is None else 0  # pyright: ignore
-    substeps = -(-setup.substeps // refine)
-    h = setup.interval / refine / substeps
+    h = setup.regular if refine == 1 else setup.interval / refine / -(-setup.substeps // refine)
     parts = None
     if setup.parts is not None and rows and sum(map(len, setup.parts)) == A.shape[-1]:
         parts = Parts(setup.parts, rows)
-    ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps, parts=parts)  # pyright: ignore
+    more: Any = dict(parts=parts, span=setup.span)
+    ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps, **more)  # pyright: ignore
     return Prepared(blocks=steps.blocks, ladder=ladder)
 
 
@@ -196,10 +196,10 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
     jumps, length = jump_times(system), setup.block
     if setup.room is None:
         # all steps of a block are gone through, used or not, of the short ones of a start too
-        steps = (setup.count - 1) * setup.solver.substeps  # pyright: ignore
-        length = min(length, max(LENGTH, steps // 256))
+        length = min(length, max(LENGTH, int(setup.steps) // 256))
     if jumps.size:  # with room or without it, so that members of batches are single runs
-        length = min(length, between_jumps(setup.solver.order_, jumps.size, setup.most_steps))  # pyright: ignore
+        order, most = setup.solver.order_, setup.most_steps  # pyright: ignore
+        length = min(length, between_jumps(order, jumps.size, most, setup.span))
     blocks = blocks_of(
         setup.interval / refine,
         setup.intervals * refine,
@@ -209,6 +209,7 @@ def steps_of(system: System, setup: RunSetup) -> tuple[int, Steps]:
         None if ticking is None else ticking.due,
         length=length,
         room=None if setup.room is None else setup.room.most,
+        span=setup.span,
     )
     of_parts = jax.vmap(lambda t: system.reference(t)[1])(blocks.starts)
     start = system.reference(jnp.zeros(()))[1] if setup.speed is None else setup.speed

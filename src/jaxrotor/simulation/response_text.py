@@ -11,7 +11,7 @@ from ..core.readable import amount, known_numbers
 from ..core.result_text import WIDTH, cut, listed
 from .attitude import poles_passed
 from .response import ConnectorResponse, Response, StationResponse
-from .run_info import error_words
+from .run_info import error_words, steps_words
 
 _LABEL = 12
 
@@ -59,7 +59,7 @@ def _how(response: Response) -> list[tuple[str, str]]:
         found.append(("start", info.initial))
     solver = info.solver + (f", order {info.order}" if info.order is not None else "")
     if info.substeps is not None:
-        solver += f", {info.substeps} step{'s' * (info.substeps != 1)} a sample"
+        solver += f", {steps_words(info)}"
     if info.step is not None:
         solver += f", a step of {_number(info.step, 's')}"
     found.append(("solver", solver))

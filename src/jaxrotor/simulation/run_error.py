@@ -64,14 +64,17 @@ class Flow(NamedTuple):
 def error_by_blocks(
     ladder: Ladder, course: Course, interval, intervals: int | Array, system: System
 ) -> Float[Array, ""]:
-    """Of a run by `run_through`, of so many sample intervals (s), as part of each coordinate's peak."""
+    """Of a run by `run_through`, of so many sample intervals (s), as part of each coordinate's peak; where
+    steps span several, of what stands at their ends."""
+    span = ladder.span
+    y = course.kept[::span]
 
     def nearest(w):
         i = ladder.nearest(w)
         return Flow(ladder.speeds[i], *ladder.flow(i), ladder.slopes[i])
 
-    defects = _defects(ladder.order, course)[1:]
-    return run_error(nearest, ladder.h, course.kept, defects, interval, intervals, system)
+    defects = _defects(ladder.order, course)[1 : len(y)]
+    return run_error(nearest, ladder.h, y, defects, interval * span, intervals // span, system)
 
 
 def run_error(

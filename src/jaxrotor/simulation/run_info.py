@@ -18,6 +18,7 @@ class RunInfo(eqx.Module):
     solver: str = eqx.field(static=True)
     order: int | None = eqx.field(static=True, default=None)
     substeps: int | None = eqx.field(static=True, default=None)
+    span: int | None = eqx.field(static=True, default=None)
     evaluations: int | None = eqx.field(static=True, default=None)
     initial: str = eqx.field(static=True, default="")
     step: Any = None
@@ -29,6 +30,14 @@ class RunInfo(eqx.Module):
     steps: Any = None
     error: Any = None
     steady_gap: Any = None
+
+
+def steps_words(info: RunInfo) -> str:
+    if (info.span or 1) > 1:
+        return f"{info.span} samples a step"
+    if info.substeps is None:
+        return "adaptive steps a sample"
+    return f"{info.substeps} step{'s' * (info.substeps != 1)} a sample"
 
 
 def error_words(info: RunInfo) -> str:

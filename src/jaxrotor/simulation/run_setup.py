@@ -16,7 +16,7 @@ from ..machine.machine import Machine
 from .planned import Plan
 from .sampling_grid import Grid, grid_of
 from .simulation import ATOL, RTOL, Simulation
-from .solver import is_planned, solver_for
+from .solver import is_planned, may_span, solver_for
 
 
 class Room(eqx.Module):
@@ -32,7 +32,8 @@ class RunSetup(eqx.Module):
     """Numbers that may change are arrays, so that another value is not another program.
 
     `linearised_at`: rad/s, of the exponential solvers' linear part; `slowest`: rad/s, of the Adams method's
-    `rung_speeds`, and `parts`: of the state, a plan's. `step`: of adaptive solvers, fixed, s.
+    `rung_speeds`, and `parts`: of the state, a plan's. `step`: of adaptive solvers, fixed, s. `span`: sample
+    intervals in a step of the Adams method, a power of two; where it is above one, its `substeps` are one.
     `abreast`: whether it is one of a batch, and nothing is differentiated through it.
     """
 
@@ -51,6 +52,7 @@ class RunSetup(eqx.Module):
     block: int = eqx.field(static=True, default=LENGTH)  # steps by the same weights
     abreast: bool = eqx.field(static=True, default=False)
     parts: Places | None = eqx.field(static=True, default=None)
+    span: int = eqx.field(static=True, default=1)
 
     @property
     def started(self) -> "RunSetup":
@@ -73,11 +75,21 @@ class RunSetup(eqx.Module):
         return self.solver.substeps if self.room is None else self.room.substeps  # pyright: ignore
 
     @property
+    def steps(self) -> int | Array:
+        """In all."""
+        return -(-self.intervals // self.span) * self.substeps
+
+    @property
+    def regular(self) -> Float[Array, ""]:
+        """Length of a step, s."""
+        return self.interval * self.span / self.substeps
+
+    @property
     def most_steps(self) -> int:
         """In all, as a run with room for them has."""
         if self.room is not None:
             return self.room.most[1]
-        return _roomy((self.count - 1) * self.solver.substeps, 100)  # pyright: ignore
+        return _roomy(-(-(self.count - 1) // self.span) * self.solver.substeps, 100)  # pyright: ignore
 
 
 def roomy(setup: RunSetup, told: bool) -> RunSetup:
@@ -86,7 +98,8 @@ def roomy(setup: RunSetup, told: bool) -> RunSetup:
     if not isinstance(setup.solver, ExponentialAdams) or setup.grid is not None:
         return setup
     intervals, substeps = setup.count - 1, setup.solver.substeps
-    most = _roomy(intervals, 100), _roomy(intervals * substeps, 100), _roomy(substeps, 8)
+    steps = -(-intervals // setup.span) * substeps
+    most = _roomy(intervals, 100), _roomy(steps, 100), _roomy(substeps, 8)
     # what is handed over of a short run comes in short parts
     block = 8 if told and most[1] < LENGTH * PARTS else setup.block
     room = Room(jnp.asarray(intervals), jnp.asarray(substeps), most)
@@ -133,6 +146,7 @@ def set_up(
         grid_of(machine, simulation.sample_rate),
         block=LENGTH if plan is None else plan.block,
         parts=plan.parts.rows_of(machine) if plan and plan.parts else None,
+        span=plan.span if plan is not None and may_span(solver, machine) else 1,
     )
 
 

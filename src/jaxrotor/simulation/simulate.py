@@ -1,6 +1,7 @@
 """Runs a machine through time: check, plan, start, then one program that assembles, prepares and marches."""
 
 import dataclasses
+import math
 import time
 from contextlib import nullcontext
 from typing import Any
@@ -131,6 +132,7 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
                 float(info.tolerance),
                 info.evaluations or 1,
                 parts=None if found is None else found.parts,
+                span=info.span or 1,
             )
     return dataclasses.replace(simulation, solver=solver, step=step, tolerance=None)
 
@@ -160,8 +162,9 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             evaluations=plan.evaluations,
             order=plan.order if name == "ExponentialAdams" else 4,
             substeps=plan.substeps,
+            span=plan.span,
             initial=simulation.start,
-            step=jnp.asarray(interval / plan.substeps),
+            step=jnp.asarray(interval / plan.steps_a_sample),
             linearised_at=jnp.asarray(plan.speed),
             planned_top_speed=jnp.asarray(plan.top_speed),
             pilot_error=jnp.asarray(plan.error),
@@ -221,7 +224,7 @@ def _run(
         seconds = jnp.asarray(time.perf_counter() - began)
         return Response(machine, t, y, dataclasses.replace(info, seconds=seconds, **more))
 
-    expected = None if plan is None else count * plan.substeps
+    expected = None if plan is None else math.ceil(count * plan.steps_a_sample)
     with progress_bar(count, expected, progress) if concrete else nullcontext() as under_way:
         told = under_way is not None
         own = roomy(setup, told) if alone else setup

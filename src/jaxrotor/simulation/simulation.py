@@ -82,9 +82,10 @@ class Simulation(Part):
       may be left out. A `State` brings its own.
     - `solver`: by default `ExponentialAdams`, or where a part of the machine is not smooth (backlash, a
       clutch, a limited governor, an oil film, a rub) `Rosenbrock`; any solver of diffrax may be given.
-      `ETD4RK` and `ExponentialAdams` step onto the samples; others adapt their step.
+      `ETD4RK` steps onto the samples, `ExponentialAdams` too or over several; others adapt their step.
     - `step`: a largest step in s (which no pilot has tried, so that it evaluates the field twice), or for the
-      exponential solvers a `Plan`. By default `jr.plan` chooses.
+      exponential solvers a `Plan`. By default `jr.plan` chooses. One of `ExponentialAdams` may span up to 64
+      samples.
     - `tolerance`: of the exponential solvers, what the plan keeps the error below, as part of each
       coordinate's peak; by default 5e-5. It stands in place of `step`.
     - `rtol`, `atol`: of the adaptive solvers, by default 1e-7 and 1e-10 (SI; of a free spin's angle `rtol`

@@ -10,6 +10,7 @@ from jaxtyping import Array
 from .. import integrators
 from ..core.protocol import NonSmooth
 from ..machine.machine import Machine
+from ..machine.sampling import machine_clocks
 from ..machine.system import System
 
 
@@ -32,6 +33,16 @@ def is_planned(solver: Any) -> bool:
     from ..integrators.exponential import AbstractExponential  # and diffrax with it
 
     return isinstance(solver, AbstractExponential)
+
+
+def is_adams(solver: Any) -> bool:
+    """Of one whose steps are planned: whether it is the default."""
+    return solver is None or isinstance(solver, integrators.ExponentialAdams)
+
+
+def may_span(solver: Any, machine: Machine) -> bool:
+    """Whether a planned step may span several samples: one of the Adams method, where nothing ticks."""
+    return is_adams(solver) and not machine_clocks(machine)
 
 
 def tolerances(system: System, rtol: Any, atol: Any, extra: int = 0) -> tuple[Array, Array]:

@@ -28,7 +28,8 @@ def _plain(step: Any) -> Any:
     """A plan's numbers, or a step."""
     if step is None or isinstance(step, (int, float)):
         return None if step is None else float(step)
-    return (step.substeps, step.order, float(step.speed))
+    steps = step.substeps if step.span == 1 else step.steps_a_sample
+    return (steps, step.order, float(step.speed))
 
 
 def _digest(x: Any) -> str:

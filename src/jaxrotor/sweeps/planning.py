@@ -134,7 +134,8 @@ def _planned(setup: Setup, cases: Cases, simulation: Simulation, top, good):
             break
         machine = row_of(setup.machine, cases.values, row)
         try:
-            return find_plan(machine, Asked.of(simulation, float(top[row]))), good
+            asked = Asked.of(simulation, float(top[row]))
+            return find_plan(machine, asked).by_samples(), good
         except (InputError, ConvergenceError) as found:
             error, good[row] = error or found, False
     raise error if error else ConvergenceError("cases: none of them has a finite speed")
