@@ -15,6 +15,8 @@ jax.config.update("jax_enable_x64", True)
 
 import jax.numpy as jnp
 import numpy as np
+from machine import header
+from record import record
 
 import jaxrotor as jr
 from jaxrotor.machine.field import n_free
@@ -37,7 +39,7 @@ MACHINES = (
 REFERENCE = 8  # times the steps of the finest
 
 
-def table(name: str, steps: list[int]) -> None:
+def table(name: str, steps: list[int]) -> list[dict]:
     study = jr.load(CONFIGS / f"{name}.toml")
     machine, simulation = study.machine, study.simulation
     plan = jr.simulate(machine, dataclasses.replace(simulation, step=None), progress=False).info
@@ -55,6 +57,7 @@ def table(name: str, steps: list[int]) -> None:
     n = n_free(assemble(machine))
     peak = np.abs(exact).max(axis=0)[:n]
     print(f"\n{name}: {exact.shape[1]} states, {chosen.evaluations} evaluations a step")
+    rows = []
     for count in steps:
         try:
             response = run(count)
@@ -70,6 +73,9 @@ def table(name: str, steps: list[int]) -> None:
             f"ratio {told / error:.2g}{mark}",
             flush=True,
         )
+        planned = count == chosen.substeps
+        rows.append(dict(machine=name, steps=count, error=error, told=told, planned=planned))
+    return rows
 
 
 def main() -> None:
@@ -78,8 +84,8 @@ def main() -> None:
     parser.add_argument("--steps", type=int, nargs="+", default=[1, 2, 4], help="in a sample")
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
-    for name in asked.config:
-        table(name, asked.steps)
+    rows = [row for name in asked.config for row in table(name, asked.steps)]
+    record("estimates", header(), {}, rows)
 
 
 if __name__ == "__main__":

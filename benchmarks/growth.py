@@ -16,6 +16,8 @@ import numpy as np
 jax.config.update("jax_enable_x64", True)
 
 import jax.numpy as jnp  # noqa: E402
+from machine import header  # noqa: E402
+from record import record  # noqa: E402
 
 import jaxrotor as jr  # noqa: E402
 from jaxrotor.machine.layout import count_of_free  # noqa: E402
@@ -204,17 +206,28 @@ def main() -> None:
         ("first gradient", 1, ".1f"), ("gradient", 1, ".2f"), ("memory", 1, ".0f"), ("off", 1, ".0e"),
     )  # fmt: skip
     print("            " + "".join(f"{name:>16}" for name, _, _ in columns))
+    rows = {}
     kinds = ("reduced", given.stations), ("full", given.full), ("ross", given.ross)
     for kind, sizes in (*kinds, ("ida", given.ida)):
         for stations in sizes:
             command = [sys.executable, __file__, "--one", kind, str(stations)]
             out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-            found = json.loads(out.splitlines()[-1])
+            found = rows[kind, stations] = json.loads(out.splitlines()[-1])
             row = (
                 f"{found[name] * scale:{form}}" if name in found else ""
                 for name, scale, form in columns
             )
             print(f"{kind:12}" + "".join(f"{x:>16}" for x in row), flush=True)
+    pairs = {
+        f"{peer} / reduced, {n} stations": (found["ten"], rows["reduced", n]["ten"])
+        for (peer, n), found in rows.items()
+        if peer != "reduced" and ("reduced", n) in rows
+    }
+    if ("reduced", 20) in rows and ("reduced", 200) in rows:
+        pairs["20 / 200 stations, reduced"] = tuple(rows["reduced", n]["ten"] for n in (20, 200))
+    ratios = {name: one / other for name, (one, other) in pairs.items()}
+    kept = [dict(kind=kind) | found for (kind, _), found in rows.items()]
+    record("growth", header("ross-rotordynamics", "scikit-sundae"), ratios, kept)
 
 
 if __name__ == "__main__":

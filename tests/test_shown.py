@@ -14,8 +14,7 @@ import tomli_w
 
 import jaxrotor as jr
 from jaxrotor.core.units import quantity
-from jaxrotor.machine.layout import lay_out
-from jaxrotor.machine.lineup import structure_of
+from jaxrotor.machine.layout import layout_of
 
 CONFIGS = sorted((Path(__file__).parents[1] / "configs").glob("*.toml"))
 el = jr.elements
@@ -111,7 +110,7 @@ def test_a_machine_is_its_line_up_on_a_screen(machines):
     for machine in machines.values():
         lines = repr(machine).splitlines()
         assert len(lines) <= 40 and max(map(len, lines)) <= 100
-        free = len(lay_out(structure_of(machine)).free)
+        free = len(layout_of(machine).free)
         assert f" {free} degrees of freedom" in lines[0]
         for name in machine.elements():
             assert sum(line.startswith(f"  {name}  ") for line in lines) >= 1

@@ -34,7 +34,7 @@ _LIGHT = {
 
 # A loop of so many operations (reverse mode through a stiff solver) takes LLVM minutes, for its passes go
 # through all of it time and again; without them, a tenth, and it runs at a third of the speed.
-_LARGE = 10_000
+_LARGE = 12_000
 
 
 def _known(options: dict[str, Any]) -> dict[str, Any]:

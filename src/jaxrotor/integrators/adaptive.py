@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from .controller import adapting
 from .progress import hand_over, handing, part_length
-from .rosenbrock import Rosenbrock
+from .rosenbrock import Rosenbrock, SlopedField, Slopes
 from .stepping import Stepping
 
 _MOST_STEPS = 2**22
@@ -41,9 +41,11 @@ def adaptive_samples(
     adjoint: diffrax.AbstractAdjoint | None = None,
     told: bool = False,
     ticking: Clocks | None = None,
+    slopes: Slopes | None = None,
 ) -> tuple[Float[Array, "nt d"], Array]:
     """States at the samples, NaN from where the solver gave up, and the number of steps. `step`: a
-    fixed length (s) in place of the tolerances. `told`: the samples are handed over while they come."""
+    fixed length (s) in place of the tolerances. `told`: the samples are handed over while they come.
+    `slopes`: as of `SlopedField`, where `Rosenbrock` shall take them."""
     if step is None:
         controller: Any = adapting(rtol, atol)
     else:
@@ -58,7 +60,8 @@ def adaptive_samples(
         )
     # a function of its own within the program: solver and adjoint go through their loops many times
     field = jax.jit(terms.vf)
-    terms = diffrax.ODETerm(lambda t, y, args: field(t, y, args))  # pyright: ignore
+    plain: Any = lambda t, y, args: field(t, y, args)  # noqa: E731
+    terms = diffrax.ODETerm(plain if slopes is None else SlopedField(plain, slopes))
     if isinstance(solver, Rosenbrock) and isinstance(adjoint, _OUR_ADJOINTS):
         run: Any = _Stepped(solver, terms, controller, step, args, adjoint)
     else:

@@ -1,9 +1,10 @@
 """A linearly implicit method for stiff forces: one Jacobian and one inverse a step, no Newton iteration."""
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -85,29 +86,25 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
         solver_state: None,
         made_jump: Any,
     ) -> tuple[Array, Array, dict[str, Any], None, diffrax.RESULTS]:
-        h = jnp.asarray(t1 - t0)
+        h, n = jnp.asarray(t1 - t0), len(args.layout.free)
         d = y0.shape[0]
-
-        def field(ty: Array) -> Array:
-            return terms.vf(ty[0], ty[1:], args)  # pyright: ignore[reportReturnType]
-
-        _, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t0)[None], y0]))
-        # One tangent after another: side by side their products would be a library's, and several times
-        # slower at the size of a machine.
-        slopes = jax.lax.map(tangent, jnp.eye(d + 1))
+        slopes = _slopes(terms, t0, y0, args, n)
         # The elimination is not differentiated: what derivatives a stage has are those of its equation.
-        known = jax.lax.stop_gradient((slopes, h))
-        solve = _StageEquation(*known, len(args.layout.free))
+        known = jax.lax.stop_gradient((slopes, tableau.GAMMA * h))
+        solve = _StageEquation(*known)
 
         # a loop, for the field's program stands in it once
         def stage(increments, row):
             own, A, C, time, share = row
             at = jnp.where(time == 1, t1, t0 + time * h)  # the sum may round onto a jump behind t1
             value: Any = terms.vf(at, y0 + A @ increments, args)
-            right = jnp.concatenate([(share * h)[None], value + C @ increments / h])
+            right = slopes.times_mass(value + C @ increments / h)
+            right = jnp.concatenate([(share * h)[None], right])
 
             def left(x):
-                return jnp.concatenate([x[:1], x[1:] / (tableau.GAMMA * h) - x @ slopes])
+                k = x[1:]
+                pull = slopes.times_mass(k / (tableau.GAMMA * h)) - slopes.along(k)
+                return jnp.concatenate([x[:1], pull - x[0] * slopes.by_time])
 
             found = jax.lax.custom_linear_solve(left, right, solve, solve.transposed)
             return increments + own[:, None] * found[1:], None  # a scatter would split the kernel
@@ -121,21 +118,76 @@ class Rosenbrock(diffrax.AbstractAdaptiveSolver[None]):
         return y1, increments[7], dense, None, diffrax.RESULTS.successful
 
 
+# Of a field at (t, y): E, B and c, as of `SlopedField`.
+Slopes = Callable[[Array, Array], tuple[Array, Array, Array]]
+
+
+class SlopedField(eqx.Module):
+    """A vector field whose slopes are known by less than a tangent for each state. `slopes(t, y)` gives E, B
+    and c: as time and state change by t' and y', the rates k below the coordinates', for whose rows are
+    `u' = s`, change by k' of `E k' = B y' + c t'`."""
+
+    field: Callable[..., Any]
+    slopes: Slopes
+
+    def __call__(self, t: Any, y: Any, args: Any) -> Any:
+        return self.field(t, y, args)
+
+
+class _Slopes(NamedTuple):
+    """Of the field: `mass` (none: one) times it changes as `[s, below (u, s, z)]` with the state and as
+    `by_time` with the time."""
+
+    below: Float[Array, "r d"]
+    mass: Float[Array, "r r"] | None
+    by_time: Vector
+
+    @property
+    def coordinates(self) -> int:
+        return self.below.shape[1] - self.below.shape[0]
+
+    def times_mass(self, x: Vector) -> Vector:
+        if self.mass is None:
+            return x
+        n = self.coordinates
+        return jnp.concatenate([x[:n], self.mass @ x[n:]])
+
+    def along(self, x: Vector) -> Vector:
+        n = self.coordinates
+        return jnp.concatenate([x[n : 2 * n], self.below @ x])
+
+
+def _slopes(terms: Terms, t: Any, y: Vector, args: Any, n: int) -> _Slopes:
+    known = terms.vector_field if isinstance(terms, diffrax.ODETerm) else None
+    if isinstance(known, SlopedField):
+        mass, below, by_time = known.slopes(t, y)
+        return _Slopes(below, mass, jnp.concatenate([jnp.zeros(n), by_time]))
+
+    def field(ty: Array) -> Array:
+        return terms.vf(ty[0], ty[1:], args)  # pyright: ignore[reportReturnType]
+
+    _, tangent = jax.linearize(field, jnp.concatenate([jnp.asarray(t)[None], y]))
+    # One tangent after another: side by side their products would be a library's, and several times
+    # slower at the size of a machine.
+    by_each = jax.lax.map(tangent, jnp.eye(y.size + 1))
+    return _Slopes(by_each[1:, n:].T, None, by_each[0])
+
+
 class _StageEquation:
-    """Solves `k/(gamma h) - J k - s df/dt = b` for k, where s is known: for `(s, k)`, given `(s, b)`.
+    """Solves `mass k/g - J k - s by_time = b` for k, where s is known: for `(s, k)`, given `(s, b)`.
 
     The first n rows of J say `u' = s`, s the next n entries: what is inverted is of the size of the rates
     and internal states alone.
     """
 
-    def __init__(self, slopes: Float[Array, "d+1 d"], h: Array, n: int):
-        """`slopes`: of the field by time, then by each entry of the state."""
-        self.n, self.g, self.by_time = n, tableau.GAMMA * h, slopes[0]
-        lower = slopes[1:, n:].T
-        self.stiff, rest = lower[:, :n], lower[:, n:]
+    def __init__(self, slopes: _Slopes, g: Array):
+        self.n, self.g, self.by_time = slopes.coordinates, g, slopes.by_time
+        n = self.n
+        self.stiff, rest = slopes.below[:, :n], slopes.below[:, n:]
         size = rest.shape[1]
         padded = jnp.pad(self.stiff, ((0, 0), (0, size - n)))
-        self.inverse = inverse(jnp.eye(size) / self.g - rest - self.g * padded)
+        mass = jnp.eye(size) if slopes.mass is None else slopes.mass
+        self.inverse = inverse(mass / self.g - rest - self.g * padded)
 
     def __call__(self, _, right: Array) -> Array:
         n, g = self.n, self.g

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.kinematics import COORDINATES
-from ..machine.layout import lay_out
+from ..machine.layout import layout_of
 from ..machine.lineup import by_structure, structure_of
 from ..machine.machine import Machine
 
@@ -15,12 +15,11 @@ def coordinate_order(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[tuple[str, str], ...]]:
     """Of the free coordinates as the vector field has them: component and internal station of each; the
     order in which a person lists them, station by station; and their names in that order."""
-    lineup = structure_of(machine)
-    layout = lay_out(lineup)
+    layout = layout_of(machine)
     component, station = np.divmod(np.array(layout.free, int), layout.n_mass)
     place = np.argsort(np.array(layout.internal))[station]  # the user's number of each station
     order = np.lexsort((component, place))
-    names = lineup.wiring.stations
+    names = structure_of(machine).wiring.stations
     labels = tuple((names[place[i]], COORDINATES[component[i]]) for i in order)
     return component, station, order, labels
 

@@ -1,15 +1,14 @@
 """Which stations turn together: the shafts of a machine, between its gears."""
 
 from ..core.protocol import Geared
-from ..machine.layout import lay_out
-from ..machine.lineup import structure_of
+from ..machine.layout import layout_of
 from ..machine.machine import Machine
 from ..machine.speed_ratios import root
 
 
 def driven_station(machine: Machine) -> int:
     """The station whose spin is the reference, by number."""
-    layout = lay_out(structure_of(machine))
+    layout = layout_of(machine)
     node = root(layout)
     if node >= layout.n_nodes:
         return layout.ground[node - layout.n_nodes]

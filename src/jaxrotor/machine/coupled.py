@@ -17,7 +17,7 @@ from ..core.picked import picked, placed_columns
 from .mass import CoupledMass
 
 
-def _spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, Array]:
+def spin_by_tilts(q: Array, v: Array, invariant: bool) -> tuple[Array, Array, Array]:
     """b and d above, and what the spin's rate has beyond `a_5 + b a_3 + d a_4`, (n,) each."""
     convective = v[3] * v[4] * jnp.cos(q[4])
     if invariant:
@@ -49,7 +49,7 @@ def solve_coupled(mass: CoupledMass, q, v, Q, given, a, mobility, maps, inertia=
     """
     n, n_mass = q.shape[1], a.shape[1]
     cos = jnp.cos(q[4])
-    b, d, convective = _spin_by_tilts(q, v, mass.invariant)
+    b, d, convective = spin_by_tilts(q, v, mass.invariant)
     momentum = mass.spin_rows @ with_last(v, v[5] + b * v[3] + d * v[4]).ravel()
     zero = jnp.zeros_like(cos)
     gyro = jnp.stack([zero, zero, zero, cos * v[4] * momentum, -cos * v[3] * momentum, zero])

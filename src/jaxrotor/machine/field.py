@@ -43,7 +43,8 @@ class Evaluation(NamedTuple):
     others. `nodes`: (q, v) of every node. The sixth coordinate is chi, as force laws see it (`angles` has
     phi), but in the paper's machines. `reaction`: generalized constraint forces ON each station. `loads`: all
     others ON each station with mass, its weight among them. `states`: internal ones; `rates`: their
-    derivatives. `answer`: as of `Coupled`.
+    derivatives. `answer`: as of `Coupled`. `forces`: on the nodes, but for the stations' own weight and
+    inertia.
     """
 
     q: Array
@@ -55,6 +56,7 @@ class Evaluation(NamedTuple):
     states: Array
     rates: Array
     answer: Array | None
+    forces: Array | None = None
 
     def angles(self, invariant: bool) -> tuple[Array, Array, Array]:
         """`q`, `v`, `a` with phi; `invariant`: the layout's."""
@@ -126,6 +128,33 @@ def evaluate(
         reference = system.reference(t)
     u, s, z = unpack(t, y, system, reference)
     return _evaluate(t, u, s, z, system, reference, outputs=True)
+
+
+class Instant(NamedTuple):
+    """Coordinates, rates, accelerations and forces (without inertia) of all nodes, driven ends last (of these
+    no forces), (6, n); internal states."""
+
+    q: Array
+    v: Array
+    a: Array
+    forces: Array
+    states: Array
+
+
+def rates_at(
+    t: Float[Array, ""], y: Float[Array, " d"], system: System
+) -> tuple[Float[Array, " d"], Instant]:
+    """`vector_field`, and what holds at the nodes."""
+    reference, m = system.reference(t), system.layout.n_nodes
+    u, s, z = unpack(t, y, system, reference)
+    ev = _evaluate(t, u, s, z, system, reference, outputs=False)
+    q, v = (x[:, :m] for x in ev.nodes)
+    if system.layout.n_ground:
+        given = system.given(t, reference)
+        q, v = (jnp.concatenate(pair, axis=1) for pair in zip((q, v), given))
+    a = _node_accelerations(t, ev.q, ev.v, ev.a, system, reference)
+    assert ev.forces is not None
+    return _flat_rates(s, ev, system, reference), Instant(q, v, a, ev.forces[:, :m], z)
 
 
 @eqx.filter_jit  # as `relative_field`
@@ -299,7 +328,7 @@ def _evaluate(
         a = jnp.concatenate([a, system.condensed.followers(A)], axis=1)
         reaction = jnp.pad(reaction, ((0, 0), (0, layout.n_followers)))
         N, V = at_nodes
-    return Evaluation(q, v, a, (N, V), loads, reaction, z, rates, answer)
+    return Evaluation(q, v, a, (N, V), loads, reaction, z, rates, answer, Q)
 
 
 def _act(t, actor: Actor, N: Array, V: Array, z: Array):

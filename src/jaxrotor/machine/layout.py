@@ -12,7 +12,7 @@ from typing import Any
 import jax
 
 from ..core.protocol import AbstractPrescribed, Carried, Ported, Prepared
-from .lineup import Block, Lineup, stack, structure, structure_of
+from .lineup import Block, Lineup, by_structure, stack, structure, structure_of
 
 
 @dataclass(frozen=True)
@@ -244,6 +244,11 @@ def _ports(lineup: Lineup, groups, nodes) -> tuple[Port, ...]:
     return tuple(found)
 
 
+@by_structure
+def layout_of(machine: Any) -> Layout:
+    return lay_out(structure_of(machine))
+
+
 def count_of_free(machine: Any) -> int:
     """How many coordinates are free."""
-    return len(lay_out(structure_of(machine)).free)
+    return len(layout_of(machine).free)

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from ..core.parameter import numbers
-from ..machine.layout import lay_out
-from ..machine.lineup import Lineup
+from ..machine.layout import layout_of
+from ..machine.lineup import structure_of
+from ..machine.machine import Machine
 
 # Nearer than this to a right angle the equations lose digits; rad.
 _NEAR = 0.05
@@ -15,10 +16,10 @@ _NEAR = 0.05
 _TURNED, _STEEP = 1.0, 1.0
 
 
-def poles_passed(lineup: Lineup, t: Any, y: Any) -> Iterator[tuple[str, float]]:
+def poles_passed(machine: Machine, t: Any, y: Any) -> Iterator[tuple[str, float]]:
     """Stations whose theta comes close to a right angle in the states y (nt, d) at t (nt,), and the first
     time, s."""
-    layout, names = lay_out(lineup), lineup.wiring.stations
+    layout, names = layout_of(machine), structure_of(machine).wiring.stations
     t, y = numbers(t), numbers(y)
     for name, k in zip(names, layout.internal):
         psi, theta = (_free(y, layout, c * layout.n_mass + k) for c in (3, 4))

@@ -13,8 +13,7 @@ from ..core.errors import InputError
 from ..core.parameter import is_concrete, known, numbers
 from ..core.protocol import AbstractPrescribed
 from ..core.quick import quickly_compiled
-from ..machine.layout import lay_out
-from ..machine.lineup import structure_of
+from ..machine.layout import layout_of
 from ..machine.machine import Machine
 from ..machine.system import assemble
 from ..machine.wiring import FIXED
@@ -172,5 +171,5 @@ def _reference_speed(machine: Machine) -> Float[Array, ""]:
 
 def turns_freely(machine: Machine) -> bool:
     """Whether some station's spin is its own."""
-    layout = lay_out(structure_of(machine))
+    layout = layout_of(machine)
     return any(place // layout.n_mass == 5 for place in layout.free)

@@ -8,8 +8,7 @@ from jaxtyping import Array
 
 from ..core.errors import ConvergenceError, InputError, SimulationFailed
 from ..core.parameter import numbers
-from ..machine.layout import count_of_free, lay_out
-from ..machine.lineup import structure_of
+from ..machine.layout import count_of_free, layout_of
 from ..machine.machine import Machine
 from .attitude import poles_passed
 from .blame import not_finite
@@ -24,7 +23,7 @@ def speed_reached(response: Response) -> float | None:
     """The highest speed (rad/s) of a line without a drive; `None` where a drive holds it."""
     if response.machine.is_driven:
         return None
-    layout = lay_out(structure_of(response.machine))
+    layout = layout_of(response.machine)
     free = np.array(layout.free, dtype=int)
     rates = numbers(response.y)[:, free.size : 2 * free.size][:, free // layout.n_mass == 5]
     rates = rates[np.isfinite(rates).all(axis=1)]
@@ -55,7 +54,7 @@ def judge(response: Response, initial, checks) -> None:
         remedy = "take a smaller step (step=...), or look for an instability of the machine there"
         if blame:
             remedy = f"{blame} there, so mend its law"
-        for name, at in list(poles_passed(kept.lineup, kept.t, kept.y))[:1]:
+        for name, at in list(poles_passed(kept.machine, kept.t, kept.y))[:1]:
             remedy += f" (theta of `{name}` had come to 90 degrees at t = {at:.6g} s)"
         raise SimulationFailed(
             f"the run left the finite numbers between t = {t[max(0, sample - 1)]:.6g} s "
@@ -80,7 +79,7 @@ def _around(response: Response, sample: int) -> tuple[Machine, Array, Array]:
 
 def tell_attitude(response: Response) -> None:
     """Warns of each station whose theta comes close to a right angle, with the time."""
-    for name, at in poles_passed(response.lineup, response.t, response.y):
+    for name, at in poles_passed(response.machine, response.t, response.y):
         warnings.warn(
             f"`{name}`: theta reaches 90 degrees at t = {at:.6g} s, where psi and phi turn about the same "
             "axis: from there on the run may be wrong by more than its tolerance; let the body tip about x "

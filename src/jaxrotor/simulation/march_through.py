@@ -16,9 +16,11 @@ from ..integrators.defect import Defect
 from ..integrators.exponential import ETD4RK
 from ..integrators.fitted import Method, run_through
 from ..integrators.march import march
+from ..integrators.rosenbrock import Rosenbrock
 from ..integrators.step_times import knots
 from ..machine.field import n_free, vector_field
 from ..machine.line_speed import line_speed
+from ..machine.slopes_by_parts import SlopesByParts
 from ..machine.system import System, jump_times
 from .prepared import Prepared, ticking_of
 from .run_error import Flow, by_samples, error_by_blocks, run_error
@@ -75,8 +77,22 @@ def march_through(
         setup.adjoint,
         told,
         ticking,
+        _slopes(system, setup, extra),
     )
     return Marched(y if watch is None else watch(samples, y), steps, None)
+
+
+# With fewer states a tangent of the field for each is as quick.
+_FEW = 40
+
+
+def _slopes(system: System, setup: RunSetup, extra: int) -> SlopesByParts | None:
+    """What `Rosenbrock` is given, of a field of the machine's own states that is large enough."""
+    stiff = isinstance(setup.solver, Rosenbrock)
+    size = 2 * n_free(system) + system.n_states()
+    if not stiff or extra or size < _FEW or not SlopesByParts.serve(system):
+        return None
+    return SlopesByParts.of(system)
 
 
 def _by_blocks(

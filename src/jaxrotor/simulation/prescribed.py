@@ -14,6 +14,7 @@ from ..machine.system import System, jump_times
 from ..profiles.motion import AbstractMotion
 from ..profiles.schedule import AbstractSchedule
 from .assembling import system_of
+from .remembered import Remembered
 from .shaken import shaking
 
 # Instants at which the drive's speed is looked up.
@@ -53,10 +54,17 @@ def looks(t_end: float) -> np.ndarray:
     return np.linspace(0.0, t_end, _LOOKS)
 
 
+# Of a machine that runs, and of a few that run in turn.
+_known: Remembered[Prescribed] = Remembered(4)
+
+
 def prescribed_until(machine: Machine, t_end: float) -> Prescribed:
     """In numbers, at `looks(t_end)`; `machine` may be wrapped by `grad`."""
-    machine = in_numbers(machine)
-    return jax.tree.map(np.asarray, prescribed(machine, jax.device_put(looks(t_end))))
+    found = _known.get(machine, t_end)
+    if found is None:
+        given = prescribed(in_numbers(machine), jax.device_put(looks(t_end)))
+        found = _known.put(machine, t_end, jax.tree.map(np.asarray, given))
+    return found
 
 
 def in_numbers(machine: Machine) -> Machine:

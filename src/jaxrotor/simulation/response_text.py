@@ -122,7 +122,7 @@ def _doubts(response: Response) -> list[str]:
     if sample is not None:
         at = float(np.asarray(response.t)[sample])
         return [f"not finite from t = {at:.6g} s on"]
-    for name, at in poles_passed(response.lineup, response.t, response.y):
+    for name, at in poles_passed(response.machine, response.t, response.y):
         found.append(f"theta of `{name}` reaches 90 degrees at t = {at:.6g} s")
     words = error_words(response.info)
     return [*found, words] if words else found
