@@ -25,6 +25,7 @@ from ..machine.machine import Machine
 from ..machine.system import System, jump_times
 from .assembling import system_of, systems_of
 from .known_chains import known_chains, parts_of
+from .remembered import Remembered
 from .run_setup import RunSetup
 from .sampling_grid import Ticking
 from .solver import is_planned
@@ -67,13 +68,21 @@ class Steps(NamedTuple):
     start: Float[Array, ""]
 
 
+# A at each rung, of machines that have run last.
+_rungs: Remembered[Array] = Remembered(2)
+
+
 def known_of(machine: Machine, setup: RunSetup) -> Known | None:
     """For a run alone; `None` where its solver has another linear part or steps of its own."""
     solver = setup.solver
     if not isinstance(solver, ExponentialAdams) or solver.linear_part is not None:
         return None
-    balanced = system_of(machine, nominal=True)
-    return Known(rungs_of(balanced, *jax.device_put(_reach(setup)))[1])
+    reach = _reach(setup)
+    linear = _rungs.get((machine, reach), None)
+    if linear is None:
+        found = rungs_of(system_of(machine, nominal=True), *jax.device_put(reach))
+        linear = _rungs.put((machine, reach), None, found[1])
+    return Known(linear)
 
 
 def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
@@ -81,11 +90,28 @@ def _reach(setup: RunSetup) -> tuple[np.ndarray, np.ndarray]:
     return 2 * np.asarray(setup.linearised_at), np.asarray(setup.slowest)
 
 
+# Of the linear parts that have run last, and their steps: a machine whose unbalance or load alone is another
+# has the same weights.
+_ladders: Remembered[Ladder] = Remembered(2)
+
+
 def with_ladder(
     machine: Machine, setup: RunSetup, known: Known, steps: Steps, extra: int = 0
 ) -> Prepared:
     """By programs that plans have used: outside of any other. `extra`: as of `prepare`."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
+    of = known.linear, steps, setup.interval, setup.substeps, _reach(setup)
+    ladder = _ladders.get(of, (order, rows, extra))
+    if ladder is None:
+        ladder = _ladders.put(
+            of, (order, rows, extra), _ladder(setup, known, steps, order, rows, extra)
+        )
+    return Prepared(blocks=steps.blocks, ladder=ladder)
+
+
+def _ladder(
+    setup: RunSetup, known: Known, steps: Steps, order: int, rows: int, extra: int
+) -> Ladder:
     of_parts = np.asarray(steps.of_parts)
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(*_reach(setup), xp=np))
     A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
@@ -103,7 +129,7 @@ def with_ladder(
     own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
     known_of_it: Any = dict(chains=chains, beside=beside, mixed=mixed, parts=parts)
     ladder = ladder_of(own[0], own[1], own[2], order, rows, *own[3], **known_of_it, xp=np)
-    return Prepared(blocks=steps.blocks, ladder=jax.device_put(ladder))
+    return jax.device_put(ladder)
 
 
 _mixed = quickly_compiled(mixed_for)
