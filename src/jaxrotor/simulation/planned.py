@@ -48,7 +48,7 @@ class Plan:
     parts: StateParts | None = field(default=None, repr=False)
     span: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.span > 1 and self.substeps > 1:
             raise InputError(
                 f"substeps is {self.substeps} and span {self.span}, but a step is a part of a sample "
