@@ -179,7 +179,7 @@ def test_what_another_value_of_a_zero_mixes_is_no_part_of_its_own(monkeypatch):
         seen.append(own(A, exact_rows))
         return seen[-1]
 
-    monkeypatch.setattr("jaxrotor.simulation.pilot.parts_of", told)
+    monkeypatch.setattr("jaxrotor.simulation.step_choice.parts_of", told)
     plan = jr.plan(spur, **RUN)
     assert {"z"} in [kinds(spur, rows) for rows in seen[0].rows]
     assert plan.parts is None

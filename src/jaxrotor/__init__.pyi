@@ -103,7 +103,7 @@ from .simulation.response import Response as Response
 from .simulation.state import State as State
 from .simulation.equilibrium import static_equilibrium as static_equilibrium
 from .simulation.energy import energy_audit as energy_audit
-from .simulation.pilot import plan as plan
+from .simulation.step_choice import plan as plan
 from .simulation.planned import Plan as Plan
 from .integrators.exponential import ExponentialAdams as ExponentialAdams, ETD4RK as ETD4RK
 from .integrators.rosenbrock import Rosenbrock as Rosenbrock

@@ -1,6 +1,6 @@
 from .energy import EnergyAudit as EnergyAudit, energy_audit as energy_audit
 from .equilibrium import static_equilibrium as static_equilibrium
-from .pilot import plan as plan
+from .step_choice import plan as plan
 from .planned import Plan as Plan
 from .response import Response as Response
 from .simulate import simulate as simulate

@@ -36,11 +36,11 @@ from .beginning import Begun, begun
 from .checks import sample_count
 from .condensing import condensed_for
 from .march_through import march_through
-from .pilot import plan_for
 from .planned import RETRIES, Plan, refined
 from .run_setup import RunSetup, roomy, set_up
 from .simulation import Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
+from .step_choice import plan_for
 
 # An error in the motion appears twice over in its energy: the step is planned finer than a run's.
 _TOLERANCE = 1e-6

@@ -8,9 +8,9 @@ from ..core.result_text import shows
 from ..integrators.blocks import LENGTH
 from .state_parts import StateParts
 
-# Steps in a sample interval come in these numbers, so that few programs are compiled.
 # Sample intervals in a step come in powers of two, up to this.
 LONGEST_SPAN = 64
+# Steps in a sample interval come in these numbers, so that few programs are compiled.
 BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
 # rad of rotation in a step from which the search begins.
 _LARGEST_TURN = 1.0

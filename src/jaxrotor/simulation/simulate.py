@@ -29,7 +29,6 @@ from .checks import sample_count, turns_freely
 from .condensing import condensed_for
 from .judging import judge, speed_reached, tell_attitude
 from .march_through import Marched, march_through
-from .pilot import Asked, find_plan, plan_for, plans, unresolved
 from .planned import RETRIES, Plan, refined
 from .prepared import Prepared
 from .ranges import tell_ranges
@@ -40,6 +39,7 @@ from .shaken import tell_turns
 from .simulation import Initial, Simulation, as_simulation, end_or_simulation
 from .solver import is_planned, solver_for
 from .state import State
+from .step_choice import Asked, find_plan, plan_for, plans, unresolved
 
 # Times that a run of a line without a drive is planned anew for the speed that it reached.
 _PLANS = 4

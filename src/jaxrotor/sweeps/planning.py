@@ -20,12 +20,13 @@ from ..objectives.peak import PeakValue
 from ..sensors.sensor import Tachometer
 from ..simulation.assembling import system_of
 from ..simulation.checks import initial_speed
-from ..simulation.pilot import Asked, begins_abruptly, find_plan, pilot, plan_for
+from ..simulation.pilot import pilot
 from ..simulation.planned import BUCKETS, Plan, fewest
 from ..simulation.prepared import reach_of, rungs_of
 from ..simulation.prescribed import Prescribed, looks, prescribed
 from ..simulation.simulation import Simulation
 from ..simulation.state_parts import parts_of
+from ..simulation.step_choice import Asked, begins_abruptly, find_plan, plan_for
 from .batch import Setup, placed, run_batch, with_steps
 from .cases import Cases
 from .memory import rows_at_once
