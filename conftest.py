@@ -17,9 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Nor have XLA's, which wait for each other at every loop, while the other cores have tests of their own.
 os.environ.setdefault("NPROC", "1")
 # XLA and LLVM make and free small objects by the million: kept by the thread, they are a twentieth quicker to
-# have again; from large pages, another twentieth. (Read when a process begins, so by the workers; no other C
-# library knows it.)
-os.environ.setdefault("GLIBC_TUNABLES", "glibc.malloc.tcache_count=60000:glibc.malloc.hugetlb=1")
+# have again. (Read when a process begins, so by the workers; no other C library knows it.)
+os.environ.setdefault("GLIBC_TUNABLES", "glibc.malloc.tcache_count=60000")
 # Nearly all of the tests' time is compiling: quick code that runs at half the speed takes a quarter of it.
 # Pieces compiled side by side cost more in all, and the other cores have tests of their own.
 QUICK = (
@@ -87,45 +86,8 @@ def close_figures():
 
 
 @pytest.fixture(autouse=True, scope="module")
-def forget_compiled_programs(request):
-    """Many a file asks for programs that another had, so they are kept, until they are many: they add up to
-    gigabytes and to tens of thousands of memory maps in a worker, which dies at the kernel's limit of 65530.
-    A file that puts other functions in the place of ours, or counts what is compiled, begins and ends with
-    none: programs hold what they were traced with."""
-    own = [item for item in request.session.items if item.path == request.path]
-    apart = any({"monkeypatch", "caplog"} & set(getattr(x, "fixturenames", ())) for x in own)
-    if apart:
-        kept.forget()
+def forget_compiled_programs():
+    """A file's programs serve that file alone. Kept, they add up to gigabytes and to tens of thousands of
+    memory maps in a worker, which dies at the kernel's limit of 65530."""
     yield
-    if apart or kept.are_many():
-        kept.forget()
-
-
-class Kept:
-    """What compiled programs take of this process: maps, and bytes since they were last forgotten (freed
-    memory stays with the process)."""
-
-    def __init__(self, bytes=2**30, maps=15_000):
-        self.most, self.maps, self.before = bytes, maps, 0
-
-    def are_many(self):
-        try:
-            maps = Path("/proc/self/maps").read_bytes().count(b"\n")
-            return maps > self.maps or resident() - self.before > self.most
-        except OSError:  # this system does not say
-            return True
-
-    def forget(self):
-        jax.clear_caches()
-        try:
-            self.before = resident()
-        except OSError:
-            pass
-
-
-def resident():
-    """Bytes."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-kept = Kept()
+    jax.clear_caches()

@@ -119,7 +119,7 @@ class _Place(NamedTuple):
 
 # The latest places of a search: whoever weighs, judges and tells what it found asks for them once more.
 _places: ContextVar[list[_Place] | None] = ContextVar("places", default=None)
-_REMEMBERED = 8
+_REMEMBERED = 32
 
 
 @contextlib.contextmanager

@@ -15,6 +15,8 @@ BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
 # rad of rotation in a step from which the search begins.
 _LARGEST_TURN = 1.0
 DEFAULT_TOLERANCE = 5e-5
+# Part of the tolerance that steps which span samples keep to.
+_SPANNING = 1e-3
 
 
 @shows(speed="rad/s", top_speed="rad/s")
@@ -63,6 +65,12 @@ class Plan:
     def steps_a_sample(self) -> float:
         return self.substeps / self.span
 
+    def misses(self, error: float) -> bool:
+        """Whether a run whose own error this is should be tried with a shorter step."""
+        least = kept_to(self.tolerance, self.steps_a_sample)
+        # another run for less than twice of it is not worth while
+        return not error <= min(2.0 * least, self.tolerance)
+
     def by_samples(self) -> "Plan":
         """With steps that are no longer than from sample to sample."""
         return replace(self, span=1)
@@ -95,6 +103,12 @@ def in_whole(steps: float) -> tuple[int, int]:
     return (1, round(1.0 / steps)) if steps < 1 else (round(steps), 1)
 
 
+def kept_to(tolerance: float, steps: float) -> float:
+    """The error allowed to so many steps in a sample interval. What is sampled finely is to be as right as
+    steps from sample to sample had made it: steps which span samples are some 2.7 times as short for it."""
+    return tolerance if steps >= 1 else _SPANNING * tolerance
+
+
 def finer(steps: float) -> float:
     """More in a sample interval, at least."""
     return 2 * steps if steps < 1 else steps + 1
@@ -111,10 +125,9 @@ def longest_turn(frequency: float, interval: float) -> float:
 
 
 def refined(plan: Plan, error: float) -> Plan:
-    """For a run by `plan` whose own error was above its tolerance."""
-    growth = 2.0
+    """For a run by `plan` whose own error it misses."""
+    growth, now = 2.0, plan.steps_a_sample
     if math.isfinite(error):
-        growth = min(8.0, 1.1 * (error / plan.tolerance) ** (1 / (plan.order + 1)))
-    now = plan.steps_a_sample
+        growth = min(8.0, 1.1 * (error / kept_to(plan.tolerance, now)) ** (1 / (plan.order + 1)))
     substeps, span = in_whole(any_bucket(max(finer(now), now * growth)))
     return replace(plan, substeps=substeps, span=span)

@@ -189,7 +189,7 @@ def _planned(machine: Machine, simulation: Simulation, speed, progress) -> tuple
             # counts with at most ten times the plan, and may have been too fast.)
             reached = min(reached, 10 * planned + 1000.0)
             better = find_plan(machine, asked._replace(speed=reached, order=plan.order))
-        elif not error <= plan.tolerance and (np.isfinite(error) or turn < RETRIES):
+        elif plan.misses(error) and (np.isfinite(error) or turn < RETRIES):
             better = refined(plan, error)  # something moved that no pilot saw
         else:
             break

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from ..integrators.fitted_weights import first_steps
-from .planned import any_bucket, finer, in_whole
+from .planned import any_bucket, finer, in_whole, kept_to
 
 # Steps in a sample, at most.
 _MOST = 8192
@@ -24,16 +24,23 @@ def longest_step(
             if substeps > most:
                 return None
             error = seen(substeps, evaluations)
-            if error <= tolerance:
+            wanted = kept_to(tolerance, substeps)
+            if error <= wanted:
                 return substeps, evaluations, error
             tries[substeps] = error
-            growth = 2.0
-            if math.isfinite(error):
-                growth = min(4.0, 1.05 * (error / tolerance) ** (1 / (order + 1)))
-            substeps = any_bucket(max(finer(substeps), substeps * growth))
+
+            def better(wanted, now=substeps, error=error):
+                growth = 2.0
+                if math.isfinite(error):
+                    growth = min(4.0, 1.05 * (error / wanted) ** (1 / (order + 1)))
+                return any_bucket(max(finer(now), now * growth))
+
+            ahead = better(wanted)
+            # one from sample to sample need not be so fine
+            substeps = max(1, better(tolerance)) if substeps < 1 <= ahead else ahead
         return None
 
-    found = longest(substeps, 1, 3, _MOST)
+    found = longest(substeps, 1, 3 if substeps >= 1 else 4, _MOST)
     if found is not None:
         return found
     twice = longest(substeps, 2, 6, _MOST)
@@ -55,4 +62,5 @@ def that_pays(steps: float, intervals: float, jumps: int, order: int) -> float:
         return intervals * (1 / span + _SAMPLE) + filling + jumps * span
 
     spans = [2**i for i in range(in_whole(steps)[1].bit_length())]
-    return 1 / min(spans, key=work)
+    # two samples a step spare little, and whoever samples so is rarely after speed
+    return 1 / min((span for span in spans if span != 2), key=work)
