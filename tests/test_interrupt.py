@@ -96,6 +96,7 @@ stiffness = ["20 kN/m", "20 kN/m", "20 kN/m", "9 N*m/rad", "9 N*m/rad", "9 N*m/r
 t_end = "0.5 s"
 sample_rate = "1 kHz"
 speed = "0 rpm"
+step = "1 ms"
 """
 
 
