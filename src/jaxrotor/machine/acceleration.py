@@ -119,8 +119,8 @@ def couple(t, q, v, nodes, a, mobility, given, system: System, reference: Refere
 
 
 def _inertia(t, actor: Actor, N: Array, V: Array) -> Float[Array, "6 6 members"]:
-    motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
-    return jax.vmap(lambda e, m: e.inertia(t, m), in_axes=-1, out_axes=-1)(actor.element, motions)
+    inertias = jax.vmap(lambda e, m: e.inertia(t, m), in_axes=-1, out_axes=-1)
+    return inertias(actor.element, actor.motions(N, V))
 
 
 def coupled_reaction(

@@ -186,11 +186,7 @@ def on_nodes(system: System, force: Float[Array, " n"]) -> Float[Array, "6 m"]:
 
 
 def initial_states(system: System) -> Float[Array, " k"]:
-    parts = [
-        actor.call("initial").ravel()
-        for actor in system.actors
-        if actor.states[1] > actor.states[0]
-    ]
+    parts = [actor.call("initial").ravel() for actor in system.actors if actor.has_states]
     return _join(*parts)
 
 
@@ -333,18 +329,12 @@ def _evaluate(
 
 def _act(t, actor: Actor, N: Array, V: Array, z: Array):
     """Forces of one stacked force law: a list of (6, members), one for each end, with its nodes."""
-    motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
-    states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0])) if _has_state(actor) else None
     time, axis = clock(t, actor.late)
     axes = -1, axis, -1, -1
     forces = jax.vmap(lambda e, t, m, s: e.forces(t, m, s), in_axes=axes, out_axes=-1)(
-        actor.element, time, motions, states
+        actor.element, time, actor.motions(N, V), actor.own_states(z)
     )
     return None if forces is None else list(zip(actor.nodes, forces))
-
-
-def _has_state(actor: Actor) -> bool:
-    return actor.states[1] > actor.states[0]
 
 
 def _gather(Q: Array, extra: list, count: int) -> Array:
@@ -392,20 +382,18 @@ def _node_accelerations(t, q, v, a, system: System, reference: Reference) -> Arr
 
 def _rates(t, N, V, a, q, v, z, system: System, reference: Reference) -> Array:
     """Derivatives of the internal states, after the accelerations."""
-    stateful = [actor for actor in system.actors if _has_state(actor)]
+    stateful = [actor for actor in system.actors if actor.has_states]
     if not stateful:
         return jnp.zeros(0)
     A = _node_accelerations(t, q, v, a, system, reference)
     out = []
     for actor in stateful:
-        motions = tuple((picked(N, nodes), picked(V, nodes)) for nodes in actor.nodes)
         accelerations = tuple(picked(A, nodes) for nodes in actor.nodes)
         time, axis = clock(t, actor.late)
         axes = -1, axis, -1, -1, -1
-        states = z[slice(*actor.states)].reshape(-1, len(actor.nodes[0]))
         out.append(
             jax.vmap(lambda e, t, m, b, s: e.rates(t, m, b, s), in_axes=axes, out_axes=-1)(
-                actor.element, time, motions, accelerations, states
+                actor.element, time, actor.motions(N, V), accelerations, actor.own_states(z)
             ).ravel()
         )
     return jnp.concatenate(out)

@@ -111,11 +111,9 @@ class _Slopes(eqx.Module):
 
 
 def _acting(t, at: Instant, actor: Actor) -> _Slopes:
-    nodes, count = actor.nodes, len(actor.nodes[0])
-    first, last = actor.states
-    per = (last - first) // count
-    states = at.states[first:last].reshape(per, count)
-    motion = [x for end in nodes for x in (picked(at.q, end), picked(at.v, end))]
+    nodes, states = actor.nodes, actor.own_states(at.states)
+    per = 0 if states is None else states.shape[0]
+    motion = [x for end in actor.motions(at.q, at.v) for x in end]
     time, axis = clock(t, actor.late)
 
     def parts(x):
@@ -141,7 +139,7 @@ def _acting(t, at: Instant, actor: Actor) -> _Slopes:
 
         return jax.vmap(one, in_axes=(-1, axis, -1), out_axes=-1)(actor.element, time, x)
 
-    x = jnp.concatenate([*motion, states])
+    x = jnp.concatenate(motion if states is None else [*motion, states])
     acts = jax.eval_shape(
         jax.vmap(forces, in_axes=(-1, axis, -1), out_axes=-1), actor.element, time, x
     )

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.picked import picked
 from ..core.protocol import AbstractPrescribed, Acting, Linear, Nominal, Stateful, Timed
 from ..profiles.motion import AbstractMotion, differentiate
 from .condensed import Condensed, CondensedMatrices, condense
@@ -38,6 +39,20 @@ class Actor(eqx.Module):
         return jax.vmap(lambda e, a: getattr(e, method)(*a), in_axes=-1, out_axes=-1, **kwargs)(
             self.element, args
         )
+
+    @property
+    def has_states(self) -> bool:
+        return self.states[1] > self.states[0]
+
+    def motions(self, N: Array, V: Array) -> tuple[tuple[Array, Array], ...]:
+        """Of each end the coordinates and rates (6, members), of those of all nodes."""
+        return tuple((picked(N, nodes), picked(V, nodes)) for nodes in self.nodes)
+
+    def own_states(self, z: Array) -> Float[Array, "k members"] | None:
+        """Of all internal states."""
+        if not self.has_states:
+            return None
+        return z[slice(*self.states)].reshape(-1, len(self.nodes[0]))
 
 
 def clock(t: Array, late: Float[Array, " members"] | None) -> tuple[Array, int | None]:

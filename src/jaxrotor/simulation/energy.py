@@ -30,7 +30,7 @@ from ..machine.layout import joined
 from ..machine.lineup import line_up
 from ..machine.machine import Machine
 from ..machine.seen import seen
-from ..machine.system import System, clock
+from ..machine.system import Actor, System, clock
 from .assembling import system_of
 from .beginning import Begun, begun
 from .checks import sample_count
@@ -185,14 +185,14 @@ def _audit(machine: Machine, system: System, t: Array, y: Array) -> EnergyAudit:
 
 
 class _Book(NamedTuple):
-    """Of stacked elements that keep accounts or act from outside: the nodes of each end, whether they are
-    `Energetic`, their rows of internal states, and how late their clocks are (`Actor`)."""
+    """Of stacked elements that keep accounts or act from outside."""
 
-    element: Any
-    nodes: tuple[tuple[int, ...], ...]
+    actor: Actor
     energetic: bool
-    rows: tuple[int, int]
-    late: Float[Array, " members"] | None
+
+    @property
+    def element(self) -> Any:
+        return self.actor.element
 
 
 def _books(machine: Machine, system: System) -> list[_Book]:
@@ -204,22 +204,19 @@ def _books(machine: Machine, system: System) -> list[_Book]:
     groups += joined(lineup, layout)
     late = [None if i is None else system.actors[i].late for i in system.acting]
     return [
-        _Book(element, nodes, isinstance(element, Energetic), rows, own)
+        _Book(Actor(element, nodes, rows, own), isinstance(element, Energetic))
         for (element, nodes), rows, own in zip(groups, system.rows, late)
         if isinstance(element, (Energetic, Acting, Massive))
     ]
 
 
 def _each(t, ev: Evaluation, book: _Book, method: str):
-    q, v = ev.nodes
-    motions = tuple((q[:, list(n)], v[:, list(n)]) for n in book.nodes)
-    first, last = book.rows
-    state = ev.states[first:last].reshape(-1, len(book.nodes[0])) if last > first else None
+    actor = book.actor
     # by the clock that the field goes by: a load that jumped a moment before would have its work counted
-    time, axis = clock(t, book.late)
+    time, axis = clock(t, actor.late)
     return jax.vmap(
         lambda e, t, m, s: getattr(e, method)(t, m, s), in_axes=(-1, axis, -1, -1), out_axes=-1
-    )(book.element, time, motions, state)
+    )(actor.element, time, actor.motions(*ev.nodes), actor.own_states(ev.states))
 
 
 def _powers(t, ev: Evaluation, system: System, books) -> tuple[Array, Array]:
@@ -233,7 +230,7 @@ def _powers(t, ev: Evaluation, system: System, books) -> tuple[Array, Array]:
             lost = lost + jnp.sum(_each(t, ev, book, "power_lost"))
         elif isinstance(book.element, Acting):
             forces = _each(t, ev, book, "forces") or ()
-            for nodes, force in zip(book.nodes, forces):
+            for nodes, force in zip(book.actor.nodes, forces):
                 put_in = put_in + jnp.sum(force * ev.nodes[1][:, list(nodes)])
     if ev.answer is not None:
         put_in = put_in + _answered(ev, system)
@@ -273,9 +270,9 @@ def _stored(t, ev: Evaluation, system: System, books) -> tuple[Array, Array, Arr
             )(element, q)
         )
     for book in books:
-        element, nodes = book.element, book.nodes
+        element = book.element
         if is_massive(first_of(element)):
-            motions = tuple((ev.nodes[0][:, list(n)], ev.nodes[1][:, list(n)]) for n in nodes)
+            motions = book.actor.motions(*ev.nodes)
             if invariant:
                 motions = tuple(from_turning(*motion) for motion in motions)
             each = jax.vmap(
