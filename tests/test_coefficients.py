@@ -214,9 +214,13 @@ def test_slopes_of_a_matched_eigenvalue(whirling):
         )
         return jnp.stack([found.real, found.imag])
 
-    value, forward = jax.jvp(root, (jnp.asarray(1.0),), (jnp.asarray(1.0),))
+    @jax.jit
+    def both(scale):
+        return *jax.jvp(root, (scale,), (1.0,)), jax.jacrev(root)(scale)
+
+    value, forward, reverse = both(1.0)
     np.testing.assert_allclose(value, [near.real, near.imag], rtol=1e-9)
-    np.testing.assert_allclose(jax.jacrev(root)(1.0), forward, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-9, atol=1e-9)
     # 2 m w dw = (k0 + k1 w) ds + k1 dw
     w = near.imag
     assert float(forward[1]) == pytest.approx((K0 + K1 * w) / (20.0 * w - K1), rel=1e-8)

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..core.columns import columns
 from ..core.errors import InputError
 from ..core.quick import quickly_compiled
 from ..machine.field import initial_states, n_free, on_nodes, rates_and_loads
@@ -94,12 +95,9 @@ def instant(prepared: Prepared, y: Any, speed: float, force: np.ndarray | None =
 def _instant(system: System, angle, given) -> tuple[Array, Array, State]:
     """`given`: y, forces, and the speed."""
     reference, d = (angle, given[-1], jnp.zeros(())), given.size - 1 - n_free(system)
-
-    def found(both):
-        out = field_and_loads(system, both[:d], reference, both[d:])
-        return out, out
-
-    slopes, values = jax.jacfwd(found, has_aux=True)(given[:-1])
+    slopes, values = columns(
+        lambda both: field_and_loads(system, both[:d], reference, both[d:]), given[:-1]
+    )
     return values, slopes, from_flat(jnp.zeros(()), given[:d], system, reference)
 
 

@@ -15,8 +15,9 @@ BUCKETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128)
 # rad of rotation in a step from which the search begins.
 _LARGEST_TURN = 1.0
 DEFAULT_TOLERANCE = 5e-5
-# Part of the tolerance that steps which span samples keep to.
-_SPANNING = 1e-3
+# Part of the tolerance that steps which span samples keep to. What is sampled finely is to be as right as
+# steps from sample to sample had made it, unless its tolerance was asked for.
+SPANNING, SPANNING_ASKED = 1e-3, 0.2
 
 
 @shows(speed="rad/s", top_speed="rad/s")
@@ -33,6 +34,7 @@ class Plan:
     - `block`: steps by the same weights, which know the speed: fewer where that changes fast. - `slowest`:
       rad/s, the lowest speed, whatever its direction: at slower ones the machine is not linearised.
     - `parts`: of the state, which no linear term mixes, and which have weights of their own inside `jit`.
+    - `spanning`: part of the tolerance that steps which span samples keep to.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -49,6 +51,7 @@ class Plan:
     slowest: float = field(default=0.0, repr=False)
     parts: StateParts | None = field(default=None, repr=False)
     span: int = 1
+    spanning: float = field(default=SPANNING, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.span > 1 and self.substeps > 1:
@@ -56,7 +59,7 @@ class Plan:
                 f"substeps is {self.substeps} and span {self.span}, but a step is a part of a sample "
                 "interval or several of them: leave one of them at 1"
             )
-        if self.span not in _SPANS:
+        if self.span not in SPANS:
             raise InputError(
                 f"span must be a power of two from 1 to {LONGEST_SPAN}, but is {self.span!r}"
             )
@@ -67,16 +70,20 @@ class Plan:
 
     def misses(self, error: float) -> bool:
         """Whether a run whose own error this is should be tried with a shorter step."""
-        least = kept_to(self.tolerance, self.steps_a_sample)
         # another run for less than twice of it is not worth while
-        return not error <= min(2.0 * least, self.tolerance)
+        return not error <= min(2.0 * self.kept_to, self.tolerance)
+
+    @property
+    def kept_to(self) -> float:
+        """The error allowed to its steps."""
+        return allowed(self.tolerance, self.steps_a_sample, self.spanning)
 
     def by_samples(self) -> "Plan":
         """With steps that are no longer than from sample to sample."""
         return replace(self, span=1)
 
 
-_SPANS = tuple(2**i for i in range(LONGEST_SPAN.bit_length()))
+SPANS = tuple(2**i for i in range(LONGEST_SPAN.bit_length()))
 
 # Times that a run which left the finite numbers is tried with a shorter step.
 RETRIES = 2
@@ -94,7 +101,7 @@ def any_bucket(steps: float) -> float:
     """As `bucket`, where steps may span samples: below one, the next half, quarter, ..."""
     if steps > 0.5 + 1e-9:
         return bucket(steps)
-    spans = (span for span in reversed(_SPANS) if span * steps <= 1 + 1e-9)
+    spans = (span for span in reversed(SPANS) if span * steps <= 1 + 1e-9)
     return 1.0 / next(spans)
 
 
@@ -103,10 +110,9 @@ def in_whole(steps: float) -> tuple[int, int]:
     return (1, round(1.0 / steps)) if steps < 1 else (round(steps), 1)
 
 
-def kept_to(tolerance: float, steps: float) -> float:
-    """The error allowed to so many steps in a sample interval. What is sampled finely is to be as right as
-    steps from sample to sample had made it: steps which span samples are some 2.7 times as short for it."""
-    return tolerance if steps >= 1 else _SPANNING * tolerance
+def allowed(tolerance: float, steps: float, spanning: float) -> float:
+    """The error of so many steps in a sample interval (`spanning`: of a `Plan`)."""
+    return tolerance if steps >= 1 else spanning * tolerance
 
 
 def finer(steps: float) -> float:
@@ -128,6 +134,6 @@ def refined(plan: Plan, error: float) -> Plan:
     """For a run by `plan` whose own error it misses."""
     growth, now = 2.0, plan.steps_a_sample
     if math.isfinite(error):
-        growth = min(8.0, 1.1 * (error / kept_to(plan.tolerance, now)) ** (1 / (plan.order + 1)))
+        growth = min(8.0, 1.1 * (error / plan.kept_to) ** (1 / (plan.order + 1)))
     substeps, span = in_whole(any_bucket(max(finer(now), now * growth)))
     return replace(plan, substeps=substeps, span=span)

@@ -121,19 +121,11 @@ def settled(machine: Machine, simulation: Simulation) -> Simulation:
         if machine.is_driven or not turns_freely(machine):
             step = plan_for(machine, simulation, simulation.speed)
         else:  # what speed a line without a drive reaches is known when it has run
-            info = simulate(machine, simulation, progress=False).info
-            found = plans.get(machine, Asked.of(simulation, simulation.check(machine)))
-            step = Plan(
-                info.substeps or 1,
-                info.order or 6,
-                float(info.linearised_at),
-                float(info.planned_top_speed),
-                float(info.pilot_error),
-                float(info.tolerance),
-                info.evaluations or 1,
-                parts=None if found is None else found.parts,
-                span=info.span or 1,
-            )
+            simulate(machine, simulation, progress=False)
+            ran = condensed_for(machine, simulation)
+            step = plan_for(ran, simulation, simulation.check(machine))
+            if ran is not machine:  # whose state has other parts
+                step = dataclasses.replace(step, parts=None)
     return dataclasses.replace(simulation, solver=solver, step=step, tolerance=None)
 
 

@@ -87,7 +87,8 @@ class Simulation(Part):
       exponential solvers a `Plan`. By default `jr.plan` chooses. One of `ExponentialAdams` may span up to 64
       samples.
     - `tolerance`: of the exponential solvers, what the plan keeps the error below, as part of each
-      coordinate's peak; by default 5e-5. It stands in place of `step`.
+      coordinate's peak; by default 5e-5. It stands in place of `step`. Where it is asked for, steps span as
+      many samples as it allows; else only where they are a thousand times as right.
     - `rtol`, `atol`: of the adaptive solvers, by default 1e-7 and 1e-10 (SI; of a free spin's angle `rtol`
       counts in rad).
     - `adjoint`: of diffrax, for the adaptive solvers, whose default knows reverse mode alone: give

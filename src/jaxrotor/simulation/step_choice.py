@@ -20,7 +20,15 @@ from .blame import not_finite
 from .condensing import condensed_for
 from .known_chains import known_chains
 from .pilot import RUNGS, highest_rungs, pilots
-from .planned import Plan, any_bucket, bucket, in_whole, longest_turn
+from .planned import (
+    SPANNING,
+    SPANNING_ASKED,
+    Plan,
+    any_bucket,
+    bucket,
+    in_whole,
+    longest_turn,
+)
 from .prepared import Known, rungs_of
 from .prescribed import Prescribed, fastest, in_numbers, looks, prescribed, prescribed_until
 from .remembered import Remembered
@@ -67,14 +75,16 @@ def plan(
     simulation = as_simulation(
         t_end, dict(sample_rate=sample_rate, speed=speed, tolerance=tolerance)
     )
-    asked = Asked.of(simulation, simulation.speed)
+    # with the speed at the start as `simulate` has it, which is not to plan anew
+    given = simulation.speed
+    asked = Asked.of(simulation, simulation.check(machine) if given is None else given)
     machine = condensed_for(machine, simulation)
     return find_plan(machine, asked if order is None else asked._replace(order=order))
 
 
 class Asked(NamedTuple):
     """What a plan is for. `speed`: at the start, or reached, rad/s. `steady`: whether the run starts on its
-    periodic whirl. `adams`: whether the Adams method steps."""
+    periodic whirl. `spanning`: as of a `Plan`. `adams`: whether the Adams method steps."""
 
     t_end: float
     sample_rate: float
@@ -82,6 +92,7 @@ class Asked(NamedTuple):
     tolerance: float
     order: int
     steady: bool
+    spanning: float = SPANNING
     adams: bool = True
 
     @classmethod
@@ -89,7 +100,9 @@ class Asked(NamedTuple):
         own = None if speed is None or not is_concrete(speed) else float(numbers(speed))
         t_end, rate, steady = simulation.t_end, simulation.sample_rate, simulation.start == "steady"
         tolerance, order = simulation.planned_tolerance, simulation.order
-        return cls(t_end, rate, own, tolerance, order, steady, is_adams(simulation.solver))
+        spanning = SPANNING if simulation.tolerance is None else SPANNING_ASKED
+        adams = is_adams(simulation.solver)
+        return cls(t_end, rate, own, tolerance, order, steady, spanning, adams)
 
 
 plans: Remembered[Plan] = Remembered(_KEPT)
@@ -143,7 +156,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     first = longest_turn(max(top, float(given.frequency)), interval)
     spans = asked.adams and may_span(None, machine)
     first = any_bucket(first) if spans else bucket(first)
-    found = longest_step(seen, first, order, tolerance)
+    found = longest_step(seen, first, order, tolerance, asked.spanning)
     if found is None:
         blame = (
             not_finite(machine, jax.device_put(instants))
@@ -165,7 +178,18 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     half = 0.5 * forward * top
     lasting = lasting_parts(machine, forward * top, slowest, every)
     return Plan(
-        substeps, order, half, top, error, tolerance, evaluations, block, slowest, lasting, span
+        substeps,
+        order,
+        half,
+        top,
+        error,
+        tolerance,
+        evaluations,
+        block,
+        slowest,
+        lasting,
+        span,
+        asked.spanning,
     )
 
 

@@ -4,16 +4,22 @@ import math
 from collections.abc import Callable
 
 from ..integrators.fitted_weights import first_steps
-from .planned import any_bucket, finer, in_whole, kept_to
+from .planned import SPANS, allowed, any_bucket, finer, in_whole
 
 # Steps in a sample, at most.
 _MOST = 8192
+# Two samples a step spare little, and whoever samples so is rarely after speed.
+_SHORTEST_SPAN = 4
 # A sample within a step, as part of a step.
 _SAMPLE = 0.2
 
 
 def longest_step(
-    seen: Callable[[float, int], float], substeps: float, order: int, tolerance: float
+    seen: Callable[[float, int], float],
+    substeps: float,
+    order: int,
+    tolerance: float,
+    spanning: float,
 ) -> tuple[float, int, float] | None:
     """Steps in a sample and evaluations in a step, and the error then: the fewest evaluations. With one in a
     step, steps must be short where forces change fast with the state; two serve where that costs less."""
@@ -24,29 +30,48 @@ def longest_step(
             if substeps > most:
                 return None
             error = seen(substeps, evaluations)
-            wanted = kept_to(tolerance, substeps)
+            wanted = allowed(tolerance, substeps, spanning)
             if error <= wanted:
                 return substeps, evaluations, error
             tries[substeps] = error
-
-            def better(wanted, now=substeps, error=error):
-                growth = 2.0
-                if math.isfinite(error):
-                    growth = min(4.0, 1.05 * (error / wanted) ** (1 / (order + 1)))
-                return any_bucket(max(finer(now), now * growth))
-
-            ahead = better(wanted)
-            # one from sample to sample need not be so fine
-            substeps = max(1, better(tolerance)) if substeps < 1 <= ahead else ahead
+            growth = 2.0
+            if math.isfinite(error):
+                growth = min(4.0, 1.05 * (error / wanted) ** (1 / (order + 1)))
+            substeps = any_bucket(max(finer(substeps), substeps * growth))
         return None
 
-    found = longest(substeps, 1, 3 if substeps >= 1 else 4, _MOST)
+    first = max(1, substeps)
+    found = longest(first, 1, 3, _MOST)
     if found is not None:
-        return found
-    twice = longest(substeps, 2, 6, _MOST)
-    most = _MOST if twice is None else 2 * twice[0] - min(twice[0], 1)
+        wanted, most = allowed(tolerance, 0.5, spanning), round(1 / substeps)
+        if found[0] > 1 or found[2] > wanted or most < _SHORTEST_SPAN:
+            return found
+        return _longest_span(lambda span: seen(1 / span, 1), most, order, wanted) or found
+    twice = longest(first, 2, 6, _MOST)
+    most = _MOST if twice is None else 2 * twice[0] - 1
     once = longest(finer(max(tries)), 1, 4, most)
     return once or twice
+
+
+def _longest_span(
+    seen: Callable[[int], float], most: int, order: int, wanted: float
+) -> tuple[float, int, float] | None:
+    """As `longest_step`, of those that span samples, from the shortest on: a machine that needs short steps
+    is not tried with long ones."""
+    span, tried, best = _SHORTEST_SPAN, set[int](), None
+    while span not in tried:
+        error = seen(span)
+        tried.add(span)
+        good = error <= wanted
+        if good:
+            best = 1 / span, 1, error
+        elif best is None:
+            return None
+        ratio = error / wanted if math.isfinite(error) else math.inf
+        longer = span / max(1.05 * ratio ** (1 / (order + 1)), 1 / most)
+        ahead = max(2 * span, longer) if good else min(span / 2, longer)
+        span = 2 ** math.floor(math.log2(min(max(ahead, _SHORTEST_SPAN), most)))
+    return best
 
 
 def that_pays(steps: float, intervals: float, jumps: int, order: int) -> float:
@@ -61,6 +86,6 @@ def that_pays(steps: float, intervals: float, jumps: int, order: int) -> float:
         filling = (1 + 5 * jumps) * len(first_steps(order, span).ends)
         return intervals * (1 / span + _SAMPLE) + filling + jumps * span
 
-    spans = [2**i for i in range(in_whole(steps)[1].bit_length())]
-    # two samples a step spare little, and whoever samples so is rarely after speed
-    return 1 / min((span for span in spans if span != 2), key=work)
+    longest = in_whole(steps)[1]
+    spans = [span for span in SPANS if _SHORTEST_SPAN <= span <= longest]
+    return 1 / min((1, *spans), key=work)
