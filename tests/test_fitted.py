@@ -456,7 +456,9 @@ def test_rows_of_zeros_fill_small_machines_up_and_change_nothing():
     h, speeds = np.full(RUNGS, 1e-3), np.array([0.0, 100.0, 200.0, 300.0])
     alone = jax.jit(chains_of, static_argnums=(3, 4))(A, h, turn_of(speeds, h), 5, n)
     for one, own in zip(
-        jax.tree.leaves(known_chains(A, h, speeds, 5, Parts.whole(2 * n + inside, n))),
+        jax.tree.leaves(
+            known_chains(A, h, speeds, np.zeros(()), 5, Parts.whole(2 * n + inside, n))
+        ),
         jax.tree.leaves(alone),
     ):
         np.testing.assert_allclose(one, own, rtol=0, atol=1e-14 * np.abs(own).max())

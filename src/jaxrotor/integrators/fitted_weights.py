@@ -65,9 +65,17 @@ class FittedWeights(eqx.Module):
     ahead: Float[Array, " k"]
 
 
-def turn_of(speed: Float[Array, ""], h: Float[Array, ""]) -> Float[Array, ""]:
-    """The angle that a step is fitted to."""
-    return jnp.clip(jnp.abs(speed * h), 0.0, LARGEST_TURN)
+# Times the speed from which on steps are fitted to an excitation: what turns with the shaft is slow then.
+_FAR = 3.0
+
+
+def turn_of(
+    speed: Float[Array, ""], h: Float[Array, ""], excitation: Float[Array, ""] | float = 0.0
+) -> Float[Array, ""]:
+    """The angle that a step of h (s) is fitted to, at a speed and with an excitation of so many rad/s."""
+    turn, other = jnp.abs(speed * h), jnp.abs(excitation * h)
+    far = (other >= _FAR * turn) & (other <= LARGEST_TURN)
+    return jnp.clip(jnp.where(far, other, turn), 0.0, LARGEST_TURN)
 
 
 class Moments(eqx.Module):

@@ -59,8 +59,8 @@ class Ladder(eqx.Module):
     `mixes`: for the fits of each rung, at `turns` (rad), of the start, none, and the fits of the parts of
     intervals. A does not mix `parts` of the state: each has `moments` of its own.
 
-    Where a step spans several samples, `within`: of each A at the speeds what carries the state from one to
-    the next, and `powers` (`powers_between`).
+    `excitation`: rad/s, of a load (`turn_of`). Where a step spans several samples, `within`: of each A at the
+    speeds what carries the state from one to the next, and `powers` (`powers_between`).
     """
 
     speeds: Float[Array, " s"]
@@ -76,6 +76,7 @@ class Ladder(eqx.Module):
     within: Within | None = None
     powers: Float[Array, "s n p q"] | None = None
     span: int = eqx.field(static=True, default=1)
+    excitation: Float[Array, ""] | float = 0.0
 
     @property
     def with_N(self) -> int:
@@ -113,7 +114,7 @@ class Ladder(eqx.Module):
 
     def _fit(self, rung, speed) -> Array:
         own = self.turns[rung]
-        return rung * own.size + jnp.argmin(jnp.abs(own - turn_of(speed, self.h)))
+        return rung * own.size + jnp.argmin(jnp.abs(own - turn_of(speed, self.h, self.excitation)))
 
     def between_samples(self, rung, speed) -> tuple[Within, Float[Array, "n p k+1"]]:
         """What `samples_within` a regular step are found by, and the coefficients."""
@@ -222,12 +223,14 @@ def ladder_of(
     parts: Parts | None = None,
     xp: Any = jnp,
     span: int = 1,
+    excitation: Any = 0.0,
 ) -> Ladder:
     """A at the `speeds` (rad/s). `h`: a regular step, s. `blocks`: with parts of intervals, which turn at
     `speeds_of_parts`. `start`: the speed at the start, which is all there is of a start where nothing
     jumps. `chains` of the speeds, those `beside` jumps, of the parts of intervals, and what is `mixed` of
     both, where they are known: all of them, of each of the state's `parts` that no A mixes, and it may be in
-    NumPy's arrays, `xp`. `span`: samples in a step, a power of two up to 64."""
+    NumPy's arrays, `xp`. `span`: samples in a step, a power of two up to 64. `excitation`: rad/s, of a load
+    (`turn_of`)."""
     s, d, _ = A.shape
     single = blocks is None or blocks.single
     parts = Parts.whole(d, exact_rows) if parts is None else parts
@@ -236,7 +239,8 @@ def ladder_of(
     slopes = _slopes(speeds, A, xp)[:, exact_rows:]
 
     if chains is None:
-        chains = _each(parts, A, jnp.broadcast_to(h, speeds.shape), turn_of(speeds, h), order)
+        near = turn_of(speeds, h, excitation)
+        chains = _each(parts, A, jnp.broadcast_to(h, speeds.shape), near, order)
     count, first = s, None
     if single:
         count, first = 1, xp.argmin(xp.abs(speeds - start))
@@ -245,7 +249,7 @@ def ladder_of(
         lengths, wanted = blocks.lengths, speeds_of_parts
         at = nearest_rungs(speeds, wanted, xp)
         if beside is None:
-            turned = jax.lax.stop_gradient(turn_of(wanted, lengths))
+            turned = jax.lax.stop_gradient(turn_of(wanted, lengths, excitation))
             beside = _each(parts, A[at], lengths, turned, order)
         off = (wanted - speeds[at])[:, None, None]
         A, slopes = xp.concatenate([A, A[at]]), xp.concatenate([slopes, off * slopes[at]])
@@ -254,13 +258,17 @@ def ladder_of(
         for own, more in zip(chains, beside or [None] * len(chains))
     )
     if mixed is None:
-        mixed = mixed_for(speeds, h, order, wanted, lengths, span)
+        mixed = mixed_for(speeds, h, order, wanted, lengths, span, excitation)
     within = None
     if span > 1:
         level = FIRST_HALVINGS - span.bit_length() + 1
         within = Within.of([jax.tree.map(lambda x: x[:, level], c.starting) for c in chains])
     of_speeds = speeds, mixed.turns, h, A, slopes
-    return Ladder(*of_speeds, moments, mixed.mixes, order, count, parts, within, mixed.powers, span)
+    of_mix, excitation = (
+        (mixed.mixes, order, count, parts, within, mixed.powers),
+        xp.asarray(excitation),
+    )
+    return Ladder(*of_speeds, moments, *of_mix, span, excitation)
 
 
 def _all_moments(chains: Chains, first: Any, beside: Chains | None, xp: Any) -> Moments:
@@ -299,11 +307,12 @@ def mixed_for(
     speeds_of_parts: Float[Array, " o"],
     lengths: Float[Array, " o"],
     span: int = 1,
+    excitation: Float[Array, ""] | float = 0.0,
 ) -> Mixed:
     """`lengths` of the parts of intervals, s."""
-    steps, near = first_steps(order, span), turn_of(speeds, h)
-    turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, lengths))
-    turns = turn_of(_about(speeds), h)
+    steps, near = first_steps(order, span), turn_of(speeds, h, excitation)
+    turned = jax.lax.stop_gradient(turn_of(speeds_of_parts, lengths, excitation))
+    turns = turn_of(_about(speeds), h, excitation)
     fits = jax.vmap(lambda turn, near: fitted_mix(turn, order, near), in_axes=(0, 0))(
         turns.ravel(), jnp.repeat(near, turns.shape[1])
     )

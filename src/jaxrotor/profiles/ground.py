@@ -127,6 +127,9 @@ class HarmonicMotion(AbstractMotion):
     def top_frequency(self) -> Float[Array, ""]:
         return 2 * jnp.pi * jnp.max(jnp.abs(self.frequencies), initial=0.0)
 
+    def excitation_frequency(self) -> Float[Array, ""]:
+        return self.top_frequency()
+
     def reach(self) -> Float[Array, ""]:
         cosines = jnp.zeros_like(self.sines) if self.cosines is None else self.cosines
         return jnp.sum(jnp.hypot(self.sines, cosines))

@@ -33,6 +33,10 @@ class AbstractMotion(Part):
         """rad/s: the fastest that the acceleration swings between its jumps; the step of a run follows it."""
         return jnp.zeros(())
 
+    def excitation_frequency(self) -> Float[Array, ""]:
+        """As of `AbstractSchedule`."""
+        return jnp.zeros(())
+
     def reach(self) -> Float[Array, ""] | None:
         """How far the coordinate comes from zero; `None` where nobody can say."""
         return None

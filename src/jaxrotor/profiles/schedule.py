@@ -34,6 +34,11 @@ class AbstractSchedule(Part):
         """rad/s: the fastest that it swings between its jumps; the step of a run follows it."""
         return jnp.zeros(())
 
+    def excitation_frequency(self) -> Float[Array, ""]:
+        """rad/s: of a swing that goes on at one frequency, to which steps are fitted where it is far above
+        the spin's; zero where there is none."""
+        return jnp.zeros(())
+
 
 def as_schedule(value: Any) -> Any:
     """A number becomes a steady schedule: the converter of fields that hold a schedule."""
@@ -172,6 +177,9 @@ class Harmonic(AbstractSchedule):
 
     def top_frequency(self) -> Float[Array, ""]:
         return jnp.max(jnp.abs(self.frequencies * (self.amplitudes != 0)), initial=0.0)
+
+    def excitation_frequency(self) -> Float[Array, ""]:
+        return self.top_frequency()
 
 
 class Impulse(AbstractSchedule):

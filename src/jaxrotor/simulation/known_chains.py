@@ -14,23 +14,34 @@ _SIZES = (24, 48)
 
 
 @lightly_compiled
-def _chains(A, h, speeds, order: int, exact_rows: int) -> Chains:
-    return chains_of(A, h, turn_of(speeds, h), order, exact_rows)
+def _chains(A, h, speeds, excitation, order: int, exact_rows: int) -> Chains:
+    return chains_of(A, h, turn_of(speeds, h, excitation), order, exact_rows)
 
 
 def known_chains(
-    A: Float[np.ndarray, "s d d"], h: np.ndarray, speeds: np.ndarray, order: int, parts: Parts
+    A: Float[np.ndarray, "s d d"],
+    h: np.ndarray,
+    speeds: np.ndarray,
+    excitation: np.ndarray,
+    order: int,
+    parts: Parts,
 ) -> tuple[Chains, ...]:
-    """As `chains_of`, of steps (s) at speeds (rad/s), however many, and of each part of the state: in NumPy's
-    arrays. (The products of matrices that this takes go with the third power of their size.)"""
+    """As `chains_of`, of steps (s) at speeds and with an excitation (rad/s), however many, and of each part
+    of the state: in NumPy's arrays. (The products of matrices that this takes go with the third power of
+    their size.)"""
     return tuple(
-        _of_part(sub_block(A, rows, rows), h, speeds, order, len(rows) - len(with_N))
+        _of_part(sub_block(A, rows, rows), h, speeds, excitation, order, len(rows) - len(with_N))
         for rows, with_N in zip(parts.rows, parts.with_N)
     )
 
 
 def _of_part(
-    A: np.ndarray, h: np.ndarray, speeds: np.ndarray, order: int, exact_rows: int
+    A: np.ndarray,
+    h: np.ndarray,
+    speeds: np.ndarray,
+    excitation: np.ndarray,
+    order: int,
+    exact_rows: int,
 ) -> Chains:
     """By one program that makes as many at a time as a run has rungs. (`device_put`: `jnp.asarray` compiles a
     program for each new shape.) Small machines, and audits of them, have it in common: rows of zeros fill
@@ -44,8 +55,8 @@ def _of_part(
     many = np.minimum(np.arange(-(-count // RUNGS) * RUNGS), count - 1)
     found = []
     for at in many.reshape(-1, RUNGS):
-        here = jax.device_put((filled[at], h[at], speeds[at]))
-        own = _chains(here[0], here[1], here[2], order, exact)
+        here = jax.device_put((filled[at], h[at], speeds[at], excitation))
+        own = _chains(here[0], here[1], here[2], here[3], order, exact)
         found.append(jax.tree.map(np.asarray, own))
 
     def own_rows(moments: Moments) -> Moments:

@@ -37,12 +37,23 @@ def pilots(
     system, instants, abrupt, h, reach, order: int, evaluations: int, known, parts: Parts
 ) -> Float[Array, ""]:
     """The largest `pilot` of all, each at its own speed and with what is `known` of it. `reach`: these
-    speeds, and the lowest of the run, rad/s."""
-    speeds, slowest = reach
+    speeds, the lowest of the run, and what an excitation swings at, rad/s."""
+    speeds, slowest, excitation = reach
     return jnp.max(
         jax.lax.map(
             lambda x: pilot(
-                system, None, x[0], abrupt, h, x[1], order, evaluations, x[2], slowest, parts
+                system,
+                None,
+                x[0],
+                abrupt,
+                h,
+                x[1],
+                order,
+                evaluations,
+                x[2],
+                slowest,
+                parts,
+                excitation,
             ),
             (instants, speeds, known),
         )
@@ -61,12 +72,13 @@ def pilot(
     known: tuple[Known, Known] | None = None,
     slowest: Float[Array, ""] | float = 0.0,
     parts: Parts | None = None,
+    excitation: Float[Array, ""] | float = 0.0,
 ) -> Float[Array, ""]:
     """Largest difference between steps of h (s) and of half of it, as part of the peak.
 
     `top`: rad/s, signed. `abrupt`: where the loads act from the first step on; else they come up smoothly.
     `known`: of both steps, and of `parts` of the state; or the system without what turns with the shaft,
-    `balanced`. `slowest`: the lowest speed of the run, rad/s.
+    `balanced`. `slowest`: the lowest speed of the run, `excitation`: of a load, rad/s.
     """
     n = n_free(system)
     y0 = jnp.concatenate([jnp.zeros(2 * n), initial_states(system)])
@@ -98,7 +110,16 @@ def pilot(
 
         blocks = blocks_of(h, 2 * _STEPS, 1, order, jnp.zeros(0), length=8)
         ladder = ladder_of(
-            speeds, A, h, order, n, blocks, start=top, chains=own.chains, parts=parts
+            speeds,
+            A,
+            h,
+            order,
+            n,
+            blocks,
+            start=top,
+            chains=own.chains,
+            parts=parts,
+            excitation=excitation,
         )
         return run_through(turning, ladder, blocks, lambda t, y: top, y0, Method(evaluations)).kept[
             :, :n

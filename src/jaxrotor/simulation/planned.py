@@ -34,7 +34,8 @@ class Plan:
     - `block`: steps by the same weights, which know the speed: fewer where that changes fast. - `slowest`:
       rad/s, the lowest speed, whatever its direction: at slower ones the machine is not linearised.
     - `parts`: of the state, which no linear term mixes, and which have weights of their own inside `jit`.
-    - `spanning`: part of the tolerance that steps which span samples keep to.
+    - `spanning`: part of the tolerance that steps which span samples keep to. - `excitation`: rad/s, of a
+      load; where it is three times the speed and more, steps are fitted to it in place of the speed.
 
     Plans that step alike are equal, whatever their pilots saw: that differs with every value of every
     parameter, and would have programs that hold a plan compiled anew for it.
@@ -52,6 +53,7 @@ class Plan:
     parts: StateParts | None = field(default=None, repr=False)
     span: int = 1
     spanning: float = field(default=SPANNING, repr=False, compare=False)
+    excitation: float = field(default=0.0, repr=False)
 
     def __post_init__(self) -> None:
         if self.span > 1 and self.substeps > 1:

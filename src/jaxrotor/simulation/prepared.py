@@ -102,7 +102,7 @@ def with_ladder(
 ) -> Prepared:
     """By programs that plans have used: outside of any other. `extra`: as of `prepare`."""
     order, rows = setup.solver.order_, count_of_free(machine)  # pyright: ignore
-    of = known.linear, steps, setup.regular, reach_of(setup)
+    of = known.linear, steps, setup.regular, reach_of(setup), setup.excitation
     ladder = _ladders.get(of, (order, rows, extra))
     if ladder is None:
         ladder = _ladders.put(
@@ -119,19 +119,21 @@ def _ladder(
     A, speeds = np.asarray(known.linear), np.asarray(rung_speeds(top, slowest, xp=np))
     A = np.pad(A, [(0, 0), (0, extra), (0, extra)])
     h = np.full(speeds.shape, np.asarray(setup.regular))
-    parts = parts_of(A, rows)
-    chains, beside = known_chains(A, h, speeds, order, parts), None
+    parts, excitation = parts_of(A, rows), np.asarray(setup.excitation)
+    chains, beside = known_chains(A, h, speeds, excitation, order, parts), None
     if of_parts.size:
         at = nearest_rungs(speeds, of_parts, xp=np)
         lengths = np.asarray(steps.blocks.lengths)
-        beside = known_chains(A[at], lengths, of_parts, order, parts)
+        beside = known_chains(A[at], lengths, of_parts, excitation, order, parts)
     here = jax.device_put((speeds, h[0]))
-    found = _mixed(here[0], here[1], order, steps.of_parts, steps.blocks.lengths, setup.span)
+    of_parts = steps.of_parts, steps.blocks.lengths
+    found = _mixed(here[0], here[1], order, *of_parts, setup.span, setup.excitation)
     mixed = jax.tree.map(np.asarray, found)
     # in NumPy's arrays: for each machine the least that is compiled
     own: Any = jax.tree.map(np.asarray, (speeds, A, h[0], steps))
     known_of_it: Any = dict(chains=chains, beside=beside, mixed=mixed, parts=parts, span=setup.span)
-    ladder = ladder_of(own[0], own[1], own[2], order, rows, *own[3], **known_of_it, xp=np)
+    known_of_it |= dict(excitation=excitation, xp=np)
+    ladder = ladder_of(own[0], own[1], own[2], order, rows, *own[3], **known_of_it)
     return jax.device_put(ladder)
 
 
@@ -184,7 +186,7 @@ def prepare(
     parts = None
     if setup.parts is not None and rows and sum(map(len, setup.parts)) == A.shape[-1]:
         parts = Parts(setup.parts, rows)
-    more: Any = dict(parts=parts, span=setup.span)
+    more: Any = dict(parts=parts, span=setup.span, excitation=setup.excitation)
     ladder = ladder_of(speeds, A, h, solver.order_, rows, *steps, **more)  # pyright: ignore
     return Prepared(blocks=steps.blocks, ladder=ladder)
 

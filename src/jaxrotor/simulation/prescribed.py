@@ -23,11 +23,12 @@ _LOOKS = 512
 
 class Prescribed(NamedTuple):
     """`speeds`: of the drive at the times asked for, rad/s. `frequency`: the highest of all that is given in
-    time, rad/s. `jumps`: instants at which some force jumps, s. `shaking`: how strongly the ground
-    accelerates at the times asked for."""
+    time, rad/s; `excitation`: of what swings at one. `jumps`: instants at which some force jumps, s.
+    `shaking`: how strongly the ground accelerates at the times asked for."""
 
     speeds: Float[Array, " nt"]
     frequency: Float[Array, ""]
+    excitation: Float[Array, ""]
     jumps: Float[Array, " j"]
     shaking: Float[Array, " nt"]
 
@@ -40,10 +41,15 @@ def prescribed(machine: Machine, times: Float[Array, " nt"]) -> Prescribed:
 def _prescribed(machine: Machine, system: System, times: Array) -> Prescribed:
     kinds = (AbstractSchedule, AbstractMotion)
     given = jax.tree.leaves(machine, is_leaf=lambda x: isinstance(x, kinds))
-    found = [one.top_frequency() for one in given if isinstance(one, kinds)]
+    given = [one for one in given if isinstance(one, kinds)]
+
+    def highest(found: list[Array]) -> Array:
+        return jnp.max(jnp.stack([jnp.zeros(()), *found]))
+
     return Prescribed(
         jax.vmap(lambda t: system.reference(t)[1])(times),
-        jnp.max(jnp.stack([jnp.zeros(()), *found])),
+        highest([one.top_frequency() for one in given]),
+        highest([one.excitation_frequency() for one in given]),
         jump_times(system),
         shaking(system, times),
     )

@@ -32,9 +32,9 @@ class RunSetup(eqx.Module):
     """Numbers that may change are arrays, so that another value is not another program.
 
     `linearised_at`: rad/s, of the exponential solvers' linear part; `slowest`: rad/s, of the Adams method's
-    `rung_speeds`, and `parts`: of the state, a plan's. `step`: of adaptive solvers, fixed, s. `span`: sample
-    intervals in a step of the Adams method, a power of two; where it is above one, its `substeps` are one.
-    `abreast`: whether it is one of a batch, and nothing is differentiated through it.
+    `rung_speeds`, `excitation`, rad/s, and `parts` of the state: a plan's. `step`: of adaptive solvers,
+    fixed, s. `span`: sample intervals in a step of the Adams method, a power of two; where it is above one,
+    its `substeps` are one. `abreast`: whether it is one of a batch, and nothing is differentiated through it.
     """
 
     solver: diffrax.AbstractSolver[Any]
@@ -42,6 +42,7 @@ class RunSetup(eqx.Module):
     speed: Float[Array, ""] | None
     linearised_at: Float[Array, ""]
     slowest: Float[Array, ""]
+    excitation: Float[Array, ""]
     tolerances: Float[Array, "2"]  # rtol, atol
     step: Float[Array, ""] | None
     interval: Float[Array, ""]
@@ -138,6 +139,7 @@ def set_up(
         speed,
         jnp.asarray(0.0 if plan is None else plan.speed, float),
         jnp.asarray(0.0 if plan is None else plan.slowest, float),
+        jnp.asarray(0.0 if plan is None else plan.excitation, float),
         jnp.asarray([rtol, atol], float),
         step,
         jnp.asarray(1.0 / simulation.sample_rate, float),

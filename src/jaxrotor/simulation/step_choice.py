@@ -131,13 +131,13 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
     slowest = _slowest(machine, given, speed)
     linear = {w: highest_rungs(machine, w, slowest) for w in set(speeds)}
     every = np.concatenate([A for _, A in linear.values()])
-    parts = parts_of(every, count_of_free(machine))
+    parts, excitation = parts_of(every, count_of_free(machine)), np.asarray(given.excitation)
 
     def known(w: float, h: float) -> tuple[Known, Known]:
         """Of steps of h (s), and of half of it, by one call."""
         at, A = linear[w]
         steps = np.repeat([h, 0.5 * h], RUNGS)
-        both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), order, parts)
+        both = known_chains(np.tile(A, (2, 1, 1)), steps, np.tile(at, 2), excitation, order, parts)
         coarse = jax.tree.map(lambda x: x[:RUNGS], both)
         fine = jax.tree.map(lambda x: x[RUNGS:], both)
         return Known(A, coarse), Known(A, fine)
@@ -147,7 +147,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         each = {w: known(w, h) for w in linear}
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
         given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds), np.float64(slowest))
-        when, abrupt, step, *reach = jax.device_put(given)
+        when, abrupt, step, *reach = jax.device_put((*given, excitation))
         found = pilots(
             system_of(machine), when, abrupt, step, reach, order, evaluations, every, parts
         )
@@ -190,6 +190,7 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         lasting,
         span,
         asked.spanning,
+        float(excitation),
     )
 
 
@@ -246,11 +247,12 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         valid = False
     if not valid:
         raise InputError(f"step must be a Plan or a positive number in s, but is {step!r}")
-    top, forward, slowest = 0.0, 1.0, 0.0
+    top, forward, slowest, excitation = 0.0, 1.0, 0.0, 0.0
     if all(is_concrete(x) for x in jax.tree.leaves((machine, speed))):
         given, t_end = prescribed_until(machine, simulation.t_end), simulation.t_end
         when, top = fastest(given, t_end, speed)
         forward, slowest = _direction(given, when, t_end, speed), _slowest(machine, given, speed)
+        excitation = float(given.excitation)
     nan = float("nan")
     # no pilot has seen whether forces change fast with the state: two evaluations bear more of that
     substeps, span = in_whole((any_bucket if spans else bucket)(1.0 / rate / float(step)))
@@ -264,6 +266,7 @@ def plan_for(machine: Machine, simulation: Simulation, speed: Any) -> Plan:
         2,
         slowest=slowest,
         span=span,
+        excitation=excitation,
     )
 
 

@@ -183,7 +183,16 @@ def _pilots(given: Machine, values: dict, when: jax.Array, at: Any, plan: Plan):
         system, balanced = assemble_both(machine)
         own = None if plan.parts is None else Parts(plan.parts.rows, n_free(system))
         return pilot(
-            system, balanced, when, abrupt, h, top, plan.order, plan.evaluations, parts=own
+            system,
+            balanced,
+            when,
+            abrupt,
+            h,
+            top,
+            plan.order,
+            plan.evaluations,
+            parts=own,
+            excitation=plan.excitation,
         )
 
     return jax.vmap(one)(values, when)
