@@ -60,17 +60,15 @@ gc.freeze()
 gc.set_threshold(200_000, 20, 20)
 
 
-# Files of more than a minute, the longest first: begun last, one of them keeps a single core busy alone.
+# Files of more than half a minute, the longest first: begun last, one of them keeps a single core busy alone.
 LONG = """
-condensation uncertainty periodic assess_parts
-identify more_configs contact identify_cli torsion standards assess gradients sweep_stores sweep
-torsional_standards short_circuit rk4_rig linear_numbers torsional_command
-configs shafts_with_mass linear run_error critical bearings control identify_experiments order_tracked ross
-governed_config information design_experiments oil_film_config jumps measures reference optimize shaft_defects
-optimize_cli sweep_cli critical_speed_design fitted magnetic_bearings coefficients shaft_loads periodic_shafts
-tilting_pads pads labyrinth seals batch_last
-foundations measured_foundations shaken_machines synchronous_machine gears gear_teeth planetary rigid_gears
-inverters energy couplings tracing report norms regulators diagnose notebooks pages
+condensation ross identify linear magnetic_bearings sweep control fitted uncertainty more_configs
+shafts_with_mass state_parts shaft_loads configs sweep_cli slopes_by_parts bearings sweep_stores coefficients
+shaft_defects identify_cli torsion jumps optimize_cli periodic long_steps design_experiments dense_output
+assess critical periodic_shafts measures order_tracked experiment_design seals identify_experiments rk4_rig
+reference shaken_machines contact standards faulty_records linear_numbers optimize couplings short_circuit
+wheel gear_teeth run_error laws tracing published gears gradients torsional_standards batch_last planetary
+information mesh governed_config torsional_command diagnose notebooks energy pads pages
 """.split()
 
 
