@@ -10,6 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 import jaxrotor as jr
+from jaxrotor.simulation.step_search import longest_step
 
 MASS, E, SPEED, RATE = 2.0, 1e-4, 250.0, 20e3
 K, C = MASS * 400.0**2, 40.0  # N/m, N*s/m
@@ -128,6 +129,29 @@ def test_derivatives_and_batches(plan):
 def test_energy_balances(plan):
     audit = jr.energy_audit(jeffcott(), 0.2, RATE, "undeformed", step=spanning(plan, 8))
     assert audit.relative < 1e-6
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e-9, 3e-12, 1e-14, 1e-17, 1e-20])
+@pytest.mark.parametrize("unstable", [8, 1000])
+def test_the_longest_span_is_found_from_the_shortest_on(scale, unstable):
+    """Of errors that grow with the order's power and are no numbers beyond some step: what all spans, tried
+    one by one, give; a machine that leaves no room is tried from sample to sample alone."""
+    tried = []
+
+    def seen(steps, evaluations):
+        tried.append(1 / steps)
+        return np.nan if 1 / steps > unstable else scale * (1 / steps) ** 7
+
+    found = longest_step(seen, 1 / 64, 6, 5e-5, 1e-3)
+    good = [n for n in (4, 8, 16, 32, 64) if n <= unstable and scale * n**7 <= 5e-8]
+    assert found == (1 / max(good, default=1), 1, scale * max(good, default=1) ** 7)
+    assert tried[0] == 1 and len(tried) <= 6
+    if scale > 5e-8:
+        assert tried == [1]
+    # of a tolerance that was asked for a fifth is enough
+    asked = longest_step(seen, 1 / 64, 6, 5e-5, 0.2)
+    good = [n for n in (4, 8, 16, 32, 64) if n <= unstable and scale * n**7 <= 1e-5]
+    assert asked[0] == 1 / max(good, default=1)
 
 
 def test_where_steps_go_by_samples(plan):

@@ -67,9 +67,10 @@ def _longest_span(
             best = 1 / span, 1, error
         elif best is None:
             return None
-        ratio = error / wanted if math.isfinite(error) else math.inf
-        longer = span / max(1.05 * ratio ** (1 / (order + 1)), 1 / most)
-        ahead = max(2 * span, longer) if good else min(span / 2, longer)
+        growth = 2.0
+        if math.isfinite(error):
+            growth = max(1.05 * (error / wanted) ** (1 / (order + 1)), 1 / most)
+        ahead = max(2 * span, span / growth) if good else min(span / 2, span / growth)
         span = 2 ** math.floor(math.log2(min(max(ahead, _SHORTEST_SPAN), most)))
     return best
 
