@@ -15,7 +15,7 @@ from jaxrotor.machine.system import assemble
 SIZE = 5
 
 
-def _agree(function, *given, same=()):
+def assert_agree(function, *given, same=()):
     """`given`: of one member; those at `same` are the same for all."""
     rng = np.random.default_rng(0)
     traced = jax.make_jaxpr(function)(*given)
@@ -82,7 +82,7 @@ N = jnp.asarray(1)
     ],
 )
 def test_operations(function, given, same):
-    _agree(function, *given, same=same)
+    assert_agree(function, *given, same=same)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_operations(function, given, same):
 def test_equations_of_machines(name, request):
     system = assemble(jr.load(request.config.rootpath / f"configs/{name}.toml").machine)
     size = 2 * n_free(system) + system.n_states()
-    _agree(lambda t, y: vector_field(t, 1e-3 * y, system), 0.0, jnp.ones(size))
+    assert_agree(lambda t, y: vector_field(t, 1e-3 * y, system), 0.0, jnp.ones(size))
 
 
 def test_a_loop_of_members_with_numbers_of_their_own():

@@ -264,11 +264,8 @@ def ladder_of(
         level = FIRST_HALVINGS - span.bit_length() + 1
         within = Within.of([jax.tree.map(lambda x: x[:, level], c.starting) for c in chains])
     of_speeds = speeds, mixed.turns, h, A, slopes
-    of_mix, excitation = (
-        (mixed.mixes, order, count, parts, within, mixed.powers),
-        xp.asarray(excitation),
-    )
-    return Ladder(*of_speeds, moments, *of_mix, span, excitation)
+    of_steps = order, count, parts, within, mixed.powers, span, xp.asarray(excitation)
+    return Ladder(*of_speeds, moments, mixed.mixes, *of_steps)
 
 
 def _all_moments(chains: Chains, first: Any, beside: Chains | None, xp: Any) -> Moments:

@@ -78,7 +78,7 @@ class Plan:
     @property
     def kept_to(self) -> float:
         """The error allowed to its steps."""
-        return allowed(self.tolerance, self.steps_a_sample, self.spanning)
+        return self.tolerance if self.span == 1 else self.spanning * self.tolerance
 
     def by_samples(self) -> "Plan":
         """With steps that are no longer than from sample to sample."""
@@ -110,11 +110,6 @@ def any_bucket(steps: float) -> float:
 def in_whole(steps: float) -> tuple[int, int]:
     """So many in a sample interval, by what `any_bucket` gives: `substeps` and `span` of a `Plan`."""
     return (1, round(1.0 / steps)) if steps < 1 else (round(steps), 1)
-
-
-def allowed(tolerance: float, steps: float, spanning: float) -> float:
-    """The error of so many steps in a sample interval (`spanning`: of a `Plan`)."""
-    return tolerance if steps >= 1 else spanning * tolerance
 
 
 def finer(steps: float) -> float:

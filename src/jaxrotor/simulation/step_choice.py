@@ -146,8 +146,9 @@ def _new_plan(machine: Machine, asked: Asked) -> Plan:
         h = interval / substeps
         each = {w: known(w, h) for w in linear}
         every = jax.tree.map(lambda *x: jax.device_put(np.stack(x)), *(each[w] for w in speeds))
-        given = (instants, np.bool_(harsh), np.float64(h), np.array(speeds), np.float64(slowest))
-        when, abrupt, step, *reach = jax.device_put((*given, excitation))
+        reach = np.array(speeds), np.float64(slowest), excitation
+        given = instants, np.bool_(harsh), np.float64(h), reach
+        when, abrupt, step, reach = jax.device_put(given)
         found = pilots(
             system_of(machine), when, abrupt, step, reach, order, evaluations, every, parts
         )

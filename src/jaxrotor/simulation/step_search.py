@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from ..integrators.fitted_weights import first_steps
-from .planned import SPANS, allowed, any_bucket, finer, in_whole
+from .planned import SPANS, bucket, finer, in_whole
 
 # Steps in a sample, at most.
 _MOST = 8192
@@ -30,20 +30,17 @@ def longest_step(
             if substeps > most:
                 return None
             error = seen(substeps, evaluations)
-            wanted = allowed(tolerance, substeps, spanning)
-            if error <= wanted:
+            if error <= tolerance:
                 return substeps, evaluations, error
             tries[substeps] = error
-            growth = 2.0
-            if math.isfinite(error):
-                growth = min(4.0, 1.05 * (error / wanted) ** (1 / (order + 1)))
-            substeps = any_bucket(max(finer(substeps), substeps * growth))
+            growth = min(4.0, _growth(error, tolerance, order))
+            substeps = bucket(max(finer(substeps), substeps * growth))
         return None
 
     first = max(1, substeps)
     found = longest(first, 1, 3, _MOST)
     if found is not None:
-        wanted, most = allowed(tolerance, 0.5, spanning), round(1 / substeps)
+        wanted, most = spanning * tolerance, round(1 / substeps)
         if found[0] > 1 or found[2] > wanted or most < _SHORTEST_SPAN:
             return found
         return _longest_span(lambda span: seen(1 / span, 1), most, order, wanted) or found
@@ -51,6 +48,11 @@ def longest_step(
     most = _MOST if twice is None else 2 * twice[0] - 1
     once = longest(finer(max(tries)), 1, 4, most)
     return once or twice
+
+
+def _growth(error: float, wanted: float, order: int) -> float:
+    """Times as many steps as bring the error down to what is wanted; two where it is no number."""
+    return 1.05 * (error / wanted) ** (1 / (order + 1)) if math.isfinite(error) else 2.0
 
 
 def _longest_span(
@@ -67,9 +69,7 @@ def _longest_span(
             best = 1 / span, 1, error
         elif best is None:
             return None
-        growth = 2.0
-        if math.isfinite(error):
-            growth = max(1.05 * (error / wanted) ** (1 / (order + 1)), 1 / most)
+        growth = max(_growth(error, wanted, order), 1 / most)
         ahead = max(2 * span, span / growth) if good else min(span / 2, span / growth)
         span = 2 ** math.floor(math.log2(min(max(ahead, _SHORTEST_SPAN), most)))
     return best
