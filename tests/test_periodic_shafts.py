@@ -58,7 +58,8 @@ def field_and_slope(machine):
         return columns.T
 
     def numbers(function):
-        return lambda t, x: np.asarray(function(jnp.asarray(t), jnp.asarray(x)))
+        # one type for Python's times and NumPy's, for which there would be two programs
+        return lambda t, x: np.asarray(function(np.float64(t), np.asarray(x)))
 
     return numbers(quickly_compiled(field)), numbers(slope), scale
 
